@@ -1,0 +1,32 @@
+# Two commands do everything: `make study` and `make test`. Either sets up .venv first, once.
+PYTHON ?= python3
+BIN := .venv/bin
+READY := .venv/.ready
+
+.PHONY: study test check bench setup
+.DEFAULT_GOAL := study
+
+study: setup  ## run the main job; options in ARGS, e.g. make study ARGS="--tracks DIR"
+	$(BIN)/hazbot study --config configs/study.yaml $(ARGS)
+
+test: setup  ## run all tests
+	$(BIN)/python -m pytest $(ARGS)
+
+check: setup  ## lint, formatting, types
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+bench: setup  ## steps per second, beside Gymnasium's CartPole
+	$(BIN)/hazbot bench $(ARGS)
+
+setup: $(READY)
+
+$(READY): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+		|| { echo "hazbot_gym needs Python 3.11 or newer, e.g. make PYTHON=python3.11"; exit 1; }
+	@echo "Setting up .venv (a few minutes, once) ..."
+	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	@$(BIN)/pip install -qq -c constraints.txt torch
+	@$(BIN)/pip install -qq -c constraints.txt -e ".[all,dev]"
+	@touch $@

@@ -1,0 +1,142 @@
+"""The command line, ``hazbot``: arguments and one call each.
+
+What a user can get wrong is answered by one line and exit code 2. Heavy imports wait inside the
+commands, so that ``hazbot --help`` is quick.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+
+from hazbot_gym.errors import HazbotError, InvalidInput
+
+
+class _OneLineErrors(typer.core.TyperGroup):
+    """Commands whose foreseen errors are one line on stderr, with exit code 2."""
+
+    def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
+        try:
+            return super().invoke(ctx)
+        except HazbotError as error:
+            message = str(error)
+        except typer.TyperException as error:  # an unknown option, a number that is none
+            message = error.format_message()
+        typer.echo("hazbot: " + " ".join(message.split()), err=True)
+        raise typer.Exit(2)
+
+
+app = typer.Typer(
+    cls=_OneLineErrors,
+    help="A gas-inspection robot among people: run, compare and measure speed policies.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+
+def main() -> None:
+    """Run the command line."""
+    sys.path.insert(0, "")  # so that --policy module:attribute finds modules of the working folder
+    app(prog_name="hazbot")
+
+
+@app.command()
+def study(
+    config: Annotated[
+        Path | None, typer.Option(help="YAML file of deltas on the defaults.")
+    ] = None,
+    tracks: Annotated[
+        Path | None, typer.Option(help="Folder of real tracks; adds two sets.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the results. [results/study]")] = None,
+    episodes: Annotated[int | None, typer.Option(help="Episodes a policy and set.")] = None,
+    workers: Annotated[int | None, typer.Option(help="Processes; one a core if not given.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Root of all seeds.")] = None,
+) -> None:
+    """Run policies over the same scenarios and compare them: the main job. Resumable."""
+    from hazbot_gym.study import comparison, tables
+    from hazbot_gym.study.config import load_study
+
+    if workers is not None and workers < 1:
+        raise InvalidInput(f"workers: given {workers}, allowed is 1 or more")
+    plan = load_study(config, tracks=tracks, episodes=episodes, seed=seed)
+    # Results among real people do not push aside the ones without.
+    folder = out or Path("results", "study-tracks" if plan.tracks else "study")
+    summary = comparison.run_study(plan, folder, workers=workers, console=Console(stderr=True))
+    console = _console()
+    console.print(tables.study_tables(summary))
+    console.print(f"Episodes, summary and manifest: {folder}", soft_wrap=True)
+
+
+@app.command(name="eval")
+def evaluate(
+    policy: Annotated[str, typer.Option(help="name, name:option=value,... or module:attribute.")],
+    env: Annotated[str, typer.Option(help="Environment id.")] = "hazbot_gym/Corridor-v0",
+    episodes: Annotated[int, typer.Option(help="Number of episodes.")] = 20,
+    seed: Annotated[int, typer.Option(help="Root of all seeds.")] = 0,
+    scenario: Annotated[str | None, typer.Option(help="A named scenario, e.g. E*.")] = None,
+    change: Annotated[
+        list[str] | None, typer.Option("--set", help="Config value, e.g. people.count=4.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")] = False,
+) -> None:
+    """Evaluate one policy in one environment."""
+    from hazbot_gym.study import rollout, summary, tables
+    from hazbot_gym.study.config import parse_overrides
+
+    overrides = parse_overrides(change or []) | ({"scenario": scenario} if scenario else {})
+    rows = rollout.evaluate(policy, env, episodes=episodes, seed=seed, overrides=overrides)
+    if as_json:
+        head = {"policy": policy, "env": env, "episodes": episodes, "seed": seed}
+        typer.echo(json.dumps({**head, "metrics": summary.means(rows)}, allow_nan=False))
+    else:
+        result = summary.summarise_one(rows, seed=seed)
+        _console().print(tables.set_table(scenario or env, {policy: result}))
+
+
+@app.command(name="list")
+def list_all() -> None:
+    """Show environments, named scenarios and policies."""
+    from hazbot_gym.study import catalogue
+
+    console = _console()
+    for table in catalogue.tables():
+        console.print(table)
+
+
+@app.command()
+def tracks(
+    path: Annotated[Path, typer.Argument(help="Track file, or folder of track files.")],
+) -> None:
+    """Check real track files and show their statistics."""
+    from hazbot_gym.study import tracks_report
+
+    tracks_report.describe(path, _console())
+
+
+@app.command()
+def bench(
+    quick: Annotated[bool, typer.Option("--quick", help="A rough number in seconds.")] = False,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,
+) -> None:
+    """Measure steps per second, beside Gymnasium's CartPole-v1 in the same run."""
+    from hazbot_gym.study import bench as benchmark
+
+    if json_file is not None and not json_file.absolute().parent.is_dir():
+        raise InvalidInput(f"json: given {str(json_file)!r}, whose folder does not exist")
+    result = benchmark.bench(benchmark.QUICK if quick else benchmark.FULL)
+    _console().print(benchmark.table(result))
+    if json_file is not None:
+        json_file.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+
+
+def _console() -> Console:
+    """Return the console of results; as wide as the tables where nobody's terminal is narrower."""
+    console = Console()
+    return console if console.is_terminal else Console(width=120)

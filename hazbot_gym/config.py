@@ -1,0 +1,283 @@
+"""Every knob of the problem, frozen and validated, with its unit; the paper's scenarios as presets.
+
+Parameters of an equation live beside that equation in ``core`` and are composed here. A config is
+given as a ``Config``, as a mapping of deltas on the defaults, or as a YAML file of such deltas.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+import yaml
+from annotated_types import Ge, Gt, Le, MinLen
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+
+from hazbot_gym.core.fuzzy_pid import FuzzyPid
+from hazbot_gym.core.kinematics import Chassis
+from hazbot_gym.core.pid import PidGains, Plant
+from hazbot_gym.core.social_force import ATTENTIVE, CURIOUS, INATTENTIVE, WARY, Reaction, SocialForce
+from hazbot_gym.core.tracking import TrackingGains
+from hazbot_gym.core.ultrasonic import Ultrasonic
+from hazbot_gym.errors import InvalidInput
+
+Pattern = Literal["crossing", "encountering", "leading", "confronting"]
+Share = Annotated[float, Ge(0), Le(1)]
+Weight = Annotated[float, Ge(0)]
+
+
+class Section(BaseModel):
+    """A part of the config: frozen, and without room for misspelt keys or NaN."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Clock(Section):
+    """The three periods; each must divide the next one exactly."""
+
+    physics_s: Annotated[float, Gt(0)] = 0.01  # bodies and wheel loops (paper's loop: 10 ms)
+    social_s: Annotated[float, Gt(0)] = 0.05  # people choose a velocity
+    decision_s: Annotated[float, Gt(0)] = 0.1  # the policy chooses a speed (SPEC section 4)
+
+    @model_validator(mode="after")
+    def _periods_divide(self) -> Clock:
+        for small, large in (("physics_s", "social_s"), ("social_s", "decision_s")):
+            ratio = getattr(self, large) / getattr(self, small)
+            if ratio < 1.0 or abs(ratio - round(ratio)) > 1e-9:
+                given = f"{getattr(self, large)} / {getattr(self, small)}"
+                raise ValueError(f"{small} must divide {large} exactly, given {given}")
+        return self
+
+    @property
+    def physics_per_social(self) -> int:
+        """Physics steps in a social period."""
+        return round(self.social_s / self.physics_s)
+
+    @property
+    def social_per_decision(self) -> int:
+        """Social periods in a decision period."""
+        return round(self.decision_s / self.social_s)
+
+
+class Drive(Section):
+    """How a commanded speed becomes motion: the paper's lower layers."""
+
+    nominal_speed_mps: Annotated[float, Gt(0)] = 0.5  # v_nom, action +1 (paper)
+    start_speed_mps: Annotated[float, Ge(0)] = 0.0  # of robot and reference at reset
+    acceleration_mps2: Annotated[float, Gt(0)] = 0.5  # slew limit of the command, inf = none
+    deceleration_mps2: Annotated[float, Gt(0)] = 1.0
+    reflex_stop_m: Annotated[float, Ge(0)] = 0.0  # front ultrasonic reading that stops, 0 = off
+    wheel_loop: Literal["fuzzy_pid", "pid", "ideal"] = "fuzzy_pid"  # ideal: as commanded, at once
+    plant: Literal["A", "B", "A0", "C"] | Plant = "A"  # motors (SPEC section 5), by name or in full
+    tables: Literal["textbook", "symmetric"] = "textbook"  # rules of the fuzzy-PID
+    chassis: Chassis = Chassis()
+    tracking: TrackingGains = TrackingGains()
+    pid: PidGains = PidGains()
+    fuzzy: FuzzyPid = FuzzyPid()
+    wheel_noise_radps: Annotated[float, Ge(0)] = 0.01  # half width, uniform (SPEC section 6)
+    heading_noise_rad: Annotated[float, Ge(0)] = 0.002  # half width, uniform (SPEC section 6)
+
+    @model_validator(mode="after")
+    def _start_is_not_faster_than_nominal(self) -> Drive:
+        if self.start_speed_mps > self.nominal_speed_mps:
+            raise ValueError(
+                f"start_speed_mps = {self.start_speed_mps} is above nominal_speed_mps = "
+                f"{self.nominal_speed_mps}"
+            )
+        return self
+
+
+class Walker(Section):
+    """A scripted person who walks straight on at a constant velocity."""
+
+    x_m: float
+    y_m: float
+    vx_mps: float
+    vy_mps: float
+
+
+class Speeds(NamedTuple):
+    """Walking speeds that are drawn: a normal distribution, cut at 0.5 and 2.2 m/s."""
+
+    mean_mps: Annotated[float, Gt(0)] = 1.34  # HM95; medians of the real tracks: 1.06 to 1.41
+    sd_mps: Annotated[float, Ge(0)] = 0.26  # HM95; real tracks: 0.17 to 0.26
+    leader_low_mps: Annotated[float, Gt(0)] = 0.15  # leaders walk slower than the robot,
+    leader_high_mps: Annotated[float, Gt(0)] = 0.45  # or they would never be met
+
+
+class People(Section):
+    """Who walks where, and how they answer to the robot."""
+
+    model: Literal["scripted", "social_force", "replay", "seeded"] = "social_force"
+    family: Pattern | Literal["mixed"] = "mixed"  # pattern of the first person
+    count: tuple[Annotated[int, Ge(0)], Annotated[int, Ge(0), Le(64)]] = (2, 5)  # fewest, most
+    mix: tuple[Weight, Weight, Weight, Weight] = (0.25, 0.35, 0.2, 0.2)  # others' patterns
+    speeds: Speeds = Speeds()
+    force: SocialForce = SocialForce()
+    reactions: tuple[Reaction, Reaction, Reaction, Reaction] = (ATTENTIVE, INATTENTIVE, WARY, CURIOUS)
+    reaction_shares: tuple[Weight, Weight, Weight, Weight] = (0.6, 0.2, 0.1, 0.1)
+    walkers: tuple[Walker, ...] = ()  # if given, exactly these people instead of drawn ones
+
+    @model_validator(mode="after")
+    def _is_possible(self) -> People:
+        if self.count[0] > self.count[1]:
+            raise ValueError(f"count: given {self.count}, the first must not exceed the second")
+        for name in ("mix", "reaction_shares"):
+            if sum(getattr(self, name)) <= 0.0:
+                raise ValueError(f"{name}: given {getattr(self, name)}, one weight must exceed 0")
+        return self
+
+
+class Tracker(NamedTuple):
+    """What the people tracker reports; a person behind a wall or out of range is not reported."""
+
+    range_m: Annotated[float, Gt(0)] = 8.0  # DESIGN section 1
+    position_noise_m: Annotated[float, Ge(0)] = 0.03  # half width, as the range noise of Table 2
+    velocity_noise_mps: Annotated[float, Ge(0)] = 0.05  # half width, our choice
+    dropout: Annotated[float, Ge(0), Le(1)] = 0.0  # chance that a person is missed in a decision
+    latency_steps: Annotated[int, Ge(0), Le(50)] = 0  # age of what is reported, in decisions
+
+
+class Sensors(Section):
+    """The robot's eyes and ears."""
+
+    ultrasonic: Ultrasonic = Ultrasonic()
+    tracker: Tracker = Tracker()
+
+
+class RewardWeights(NamedTuple):
+    """Weights of the reward terms of ``task/reward.py``; penalties are negative."""
+
+    progress: float = 1.0
+    intrusion: float = -4.0
+    tracking: float = -0.5
+    smoothness: float = -0.5
+    burden: float = -1.0
+    contact: float = -100.0
+    arrival: float = 60.0
+
+
+class Config(Section):
+    """The whole problem."""
+
+    place: str = "corridor"  # a name of task/places.py, or a YAML file
+    place_options: dict[str, float] = {}  # lengths of a built-in place [m]
+    tracks: str | None = None  # file or folder of recorded people, for replay and seeded
+    tier: Literal["sonar", "tracks", "privileged"] = "tracks"
+    action_type: Literal["continuous", "discrete"] = "continuous"
+    max_episode_steps: Annotated[int, Gt(0)] = 600
+    arrival_tolerance_m: Annotated[float, Gt(0)] = 0.05  # distance from the path's end that counts
+    clock: Clock = Clock()
+    drive: Drive = Drive()
+    people: People = People()
+    sensors: Sensors = Sensors()
+    reward: RewardWeights = RewardWeights()
+
+
+def _paper_scenario(x_m: float, y_m: float, vx_mps: float, vy_mps: float) -> dict[str, Any]:
+    """Return a geometry of SPEC section 4: one scripted walker, an ideal drive already at speed."""
+    walker = {"x_m": x_m, "y_m": y_m, "vx_mps": vx_mps, "vy_mps": vy_mps}
+    return {
+        "place": "open",
+        "people": {"model": "scripted", "walkers": [walker]},
+        "drive": {"wheel_loop": "ideal", "start_speed_mps": 0.5},
+        "sensors": {
+            "ultrasonic": {"noise_m": 0.0},
+            "tracker": {"position_noise_m": 0.0, "velocity_noise_mps": 0.0},
+        },
+    }
+
+
+_C_STAR_RAD = math.radians(-66.9)
+SCENARIOS: dict[str, dict[str, Any]] = {
+    "E*": _paper_scenario(4.479, 0.800, -0.5, 0.0),  # encountering, the simulation
+    "E5.5": _paper_scenario(5.442, 0.800, -0.5, 0.0),  # encountering, the experiment's distance
+    "C*": _paper_scenario(2.750, 4.763, 0.5 * math.cos(_C_STAR_RAD), 0.5 * math.sin(_C_STAR_RAD)),
+    "C90": _paper_scenario(3.889, 3.889, 0.0, -0.5),  # crossing at a right angle
+}
+
+
+def make_config(
+    given: Config | Mapping[str, Any] | str | Path | None = None,
+    *,
+    preset: Mapping[str, Any] | None = None,
+    scenario: str | None = None,
+    **overrides: Any,
+) -> Config:
+    """Return a validated config: defaults, then preset, named scenario, ``given``, and overrides.
+
+    Args:
+        given: A config, a mapping of deltas, or the path of a YAML file of deltas.
+        preset: Deltas of a registered environment.
+        scenario: A name of ``SCENARIOS``.
+        **overrides: Fields of ``Config``; sections as mappings of deltas.
+
+    Raises:
+        InvalidInput: One line that names the field, what was given and what is allowed.
+    """
+    if isinstance(given, Config):
+        given = given.model_dump()
+    elif isinstance(given, str | Path):
+        given = read_yaml(Path(given))
+    if scenario is not None and scenario not in SCENARIOS:
+        raise InvalidInput(f"scenario: given {scenario!r}, allowed are {', '.join(SCENARIOS)}")
+    deltas: dict[str, Any] = {}
+    for layer in (preset or {}, SCENARIOS[scenario] if scenario else {}, given or {}, overrides):
+        deltas = _merge(deltas, layer)
+    try:
+        return Config.model_validate(deltas)
+    except ValidationError as error:
+        raise InvalidInput(first_error(error)) from error
+
+
+def read_yaml(path: Path) -> dict[str, Any]:
+    """Return the mapping in a YAML file.
+
+    Raises:
+        InvalidInput: The file cannot be read or does not hold a mapping.
+    """
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InvalidInput(f"config: cannot read {path} ({error.strerror})") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise InvalidInput(f"config: {path} is not YAML ({str(error).splitlines()[0]})") from error
+    if not isinstance(content, dict):
+        raise InvalidInput(f"config: {path} holds {type(content).__name__}, a mapping is needed")
+    return content
+
+
+def first_error(error: ValidationError) -> str:
+    """Return the first of pydantic's complaints as one line: field, what was given, what is allowed."""
+    first = error.errors(include_url=False)[0]
+    field = ".".join(str(part) for part in first["loc"]) or "config"
+    message = first["msg"].removeprefix("Value error, ")
+    if first["type"] == "value_error":
+        return f"{field}: {message}"
+    if first["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
+        return f"{field}: unknown key{_known_keys(first['loc'])}"
+    return f"{field}: given {first['input']!r}, {message[0].lower()}{message[1:]}"
+
+
+def _known_keys(location: tuple[int | str, ...]) -> str:
+    """Return the keys that are allowed where an unknown one was found, if that place is in Config."""
+    node: Any = Config
+    for part in location[:-1]:
+        fields = getattr(node, "model_fields", None)
+        if fields is None or part not in fields:
+            return ""
+        node = fields[part].annotation
+    keys = getattr(node, "model_fields", None) or getattr(node, "_fields", ())
+    return f", allowed are {', '.join(keys)}" if keys else ""
+
+
+def _merge(base: Mapping[str, Any], deltas: Mapping[str, Any]) -> dict[str, Any]:
+    """Return ``base`` with ``deltas`` laid over it, section by section."""
+    merged = dict(base)
+    for key, value in deltas.items():
+        below = merged.get(key)
+        both = isinstance(below, Mapping) and isinstance(value, Mapping)
+        merged[key] = _merge(below, value) if both else value
+    return merged

@@ -1,0 +1,1 @@
+"""The mathematics: pure functions of numbers and records, each beside its equation and source."""

@@ -1,0 +1,51 @@
+"""How the mathematics is compiled, in one place.
+
+Two kinds of functions are used throughout the library:
+
+- ``scalar``: a pure formula on numbers. Plain Python when called from Python, inlined machine code
+  when called from a kernel; the same source can be compiled for a GPU.
+- ``kernel``: a compiled loop over arrays, called from Python and cached on disk.
+
+numba looks only at the kernel's own file to decide whether a cached binary is still valid, although
+the binary contains code of every formula that the kernel calls. Kernels are therefore stamped with the
+state of the whole package.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+from numba.extending import register_jitable
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def scalar(function: Function) -> Function:
+    """Mark a formula that kernels may call; from Python it stays a plain Python function."""
+    compiled: Function = register_jitable(function)
+    return compiled
+
+
+def kernel(function: Function) -> Function:
+    """Compile an array function on first use and keep the binary on disk.
+
+    Division follows IEEE 754 (no exception on a zero divisor); nothing is reordered (no fast-math),
+    so that results do not depend on the processor's vector width.
+    """
+    compiled: Function = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+    # A private attribute of numba, held by tests/core/test_jit.py: numba has no public way to say
+    # that a cached binary depends on other files.
+    compiled._cache._cache_file._source_stamp = _package_stamp()  # type: ignore[attr-defined]
+    return compiled
+
+
+@functools.cache
+def _package_stamp() -> tuple[tuple[str, int, int], ...]:
+    """Name, modification time and size of every source file of the package."""
+    root = Path(__file__).parent.parent
+    stats = ((path, path.stat()) for path in sorted(root.rglob("*.py")))
+    return tuple((str(path.relative_to(root)), s.st_mtime_ns, s.st_size) for path, s in stats)

@@ -1,0 +1,48 @@
+"""Personal space: Hall's zones, and how deeply somebody's is entered.
+
+Source: E. T. Hall, The Hidden Dimension (1966), the distances that the paper builds its avoidance
+interval on (section 3.2.1). Distances here are clearances, between surfaces: people feel the nearest
+part of a robot, not its centre.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hazbot_gym.core.geometry import clip
+from hazbot_gym.core.jit import scalar
+
+# Outer bound of each phase [m]: Hall's 6, 18, 30, 48 inches and 4, 7, 12, 25 feet, rounded as he does.
+INTIMATE_NEAR_M, INTIMATE_M = 0.15, 0.45
+PERSONAL_NEAR_M, PERSONAL_M = 0.75, 1.20
+SOCIAL_NEAR_M, SOCIAL_M = 2.10, 3.60
+PUBLIC_NEAR_M = 7.60
+
+PHASE_BOUNDS_M = (
+    INTIMATE_NEAR_M,
+    INTIMATE_M,
+    PERSONAL_NEAR_M,
+    PERSONAL_M,
+    SOCIAL_NEAR_M,
+    SOCIAL_M,
+    PUBLIC_NEAR_M,
+)
+PHASE_NAMES = tuple(
+    f"{zone} {phase}"
+    for zone in ("intimate", "personal", "social", "public")
+    for phase in ("near", "far")
+)
+
+
+def hall_phase(clearance_m: float) -> str:
+    """Return the name of Hall's zone and phase ("personal far") at a clearance [m]."""
+    return PHASE_NAMES[int(np.searchsorted(PHASE_BOUNDS_M, clearance_m, side="right"))]
+
+
+@scalar
+def intrusion_depth(clearance_m: float) -> float:
+    """Return how deeply personal space is entered: 0 from 1.2 m on, 1 from 0.45 m inward.
+
+    Linear across the personal zone, so that the zones grade into each other instead of switching.
+    """
+    return clip((PERSONAL_M - clearance_m) / (PERSONAL_M - INTIMATE_M), 0.0, 1.0)

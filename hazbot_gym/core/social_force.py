@@ -1,0 +1,149 @@
+"""Social forces: how people walk among people, walls and a robot (paper eqs 7 and 8a made executable).
+
+    dv/dt = (v0 e - v)/tau + sum_b w(e, f_b) f_b + sum_walls f_w + w(e, f_r) f_r + f_sidestep
+
+All terms are accelerations: mass is left out as in Helbing and Molnar 1995, "Social force model for
+pedestrian dynamics", Phys. Rev. E 51, 4282, whose constants are used unless a line says otherwise.
+The elliptical repulsion takes the relative step (Johansson, Helbing and Shukla 2007, "Specification of
+the social force pedestrian model by evolutionary adjustment to video tracking data", eq 5), which
+lets people see each other coming. Left out: groups, and panic.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+from annotated_types import Ge, Gt, Le
+
+from hazbot_gym.core.jit import scalar
+
+
+class SocialForce(NamedTuple):
+    """Constants of the walking model."""
+
+    relaxation_time_s: Annotated[float, Gt(0)] = 0.5  # tau (HM95)
+    speed_limit_ratio: Annotated[float, Ge(1)] = 1.3  # v_max / v0 (HM95)
+    person_strength_mps2: Annotated[float, Ge(0)] = 7.0  # V0/sigma = 2.1/0.3 (HM95)
+    person_range_m: Annotated[float, Gt(0)] = 0.3  # sigma (HM95)
+    step_time_s: Annotated[float, Ge(0)] = 1.0  # how far ahead a step is seen; HM95: 2 s
+    wall_strength_mps2: Annotated[float, Ge(0)] = 10.0  # our choice; HM95 has U0/R = 50, for wide halls
+    wall_range_m: Annotated[float, Gt(0)] = 0.1  # R; HM95: 0.2 m
+    robot_strength_mps2: Annotated[float, Ge(0)] = 7.0  # as towards a person
+    robot_range_m: Annotated[float, Gt(0)] = 0.3  # as towards a person
+    anisotropy: Annotated[float, Ge(0), Le(1)] = 0.5  # c, weight of what is out of view (HM95)
+    view_angle_rad: Annotated[float, Gt(0)] = math.radians(100.0)  # phi, to each side (HM95)
+    sidestep_mps2: Annotated[float, Ge(0)] = 2.0  # strength of stepping aside when met head-on
+    sidestep_range_m: Annotated[float, Gt(0)] = 3.0  # from where on (surface to surface)
+    jitter_mps2: Annotated[float, Ge(0)] = 0.2  # fluctuation term of HM95, sd per social step
+
+
+class Reaction(NamedTuple):
+    """How a person answers to the robot; named after the reactions of HuNavSim."""
+
+    gain: Annotated[float, Ge(0)] = 1.0  # multiplies the repulsion from the robot
+    range_m: Annotated[float, Ge(0)] = 4.0  # clearance from which the robot is noticed
+    attraction_mps2: Annotated[float, Ge(0)] = 0.0  # pull towards it (eq 8a's F_att), beyond 1.2 m
+
+
+ATTENTIVE = Reaction()
+INATTENTIVE = Reaction(range_m=1.0)  # looks at a phone: notices within about a metre
+WARY = Reaction(gain=2.5, range_m=6.0)  # keeps well away
+CURIOUS = Reaction(gain=0.6, attraction_mps2=0.4)  # comes to have a look
+
+
+@scalar
+def goal_force(
+    vx: float, vy: float, ex: float, ey: float, desired_speed: float, relaxation_time_s: float
+) -> tuple[float, float]:
+    """Return (v0 e - v)/tau, the pull towards the desired velocity (HM95 eq 2) [m/s^2]."""
+    return (
+        (desired_speed * ex - vx) / relaxation_time_s,
+        (desired_speed * ey - vy) / relaxation_time_s,
+    )
+
+
+@scalar
+def elliptical_repulsion(
+    rx: float, ry: float, sx: float, sy: float, strength: float, range_m: float
+) -> tuple[float, float]:
+    """Return the repulsion from somebody at -r who steps by s relative to oneself [m/s^2].
+
+    f = -grad_r V(b), V = V0 exp(-b/sigma), 2b = sqrt((|r| + |r - s|)^2 - |s|^2)   (HM95 eqs 3, 4)
+      = V0/sigma exp(-b/sigma) (|r| + |r - s|)/(4b) (r/|r| + (r - s)/|r - s|)
+
+    Args:
+        rx: From the other to oneself, surface to surface [m].
+        ry: The same, other axis [m].
+        sx: Relative step (v_other - v_self) * step time [m].
+        sy: The same, other axis [m].
+        strength: V0/sigma [m/s^2].
+        range_m: sigma [m].
+    """
+    distance = max(math.hypot(rx, ry), 1e-6)
+    ahead = max(math.hypot(rx - sx, ry - sy), 1e-6)
+    total = distance + ahead
+    b = 0.5 * math.sqrt(max(total * total - sx * sx - sy * sy, 1e-8))
+    magnitude = strength * math.exp(-b / range_m) * total / (4.0 * b)
+    # Near the axis of the ellipse the gradient grows without bound; nobody accelerates beyond that.
+    magnitude = min(magnitude, strength)
+    return (
+        magnitude * (rx / distance + (rx - sx) / ahead),
+        magnitude * (ry / distance + (ry - sy) / ahead),
+    )
+
+
+@scalar
+def view_weight(ex: float, ey: float, fx: float, fy: float, force: SocialForce) -> float:
+    """Return w(e, f): 1 if the cause of force f is in view, else c (HM95 eqs 8, 9)."""
+    magnitude = math.hypot(fx, fy)
+    if magnitude == 0.0:
+        return 1.0
+    in_view = -(ex * fx + ey * fy) >= magnitude * math.cos(force.view_angle_rad)
+    return 1.0 if in_view else force.anisotropy
+
+
+@scalar
+def wall_force(
+    nx: float, ny: float, distance: float, strength: float, range_m: float
+) -> tuple[float, float]:
+    """Return the repulsion from the nearest point of a wall, U0/R exp(-d/R) n (HM95 eq 5) [m/s^2].
+
+    Args:
+        nx: Unit vector from the wall to the person.
+        ny: The same, other axis.
+        distance: From the wall to the person's surface [m].
+        strength: U0/R [m/s^2].
+        range_m: R [m].
+    """
+    magnitude = strength * math.exp(-max(distance, 0.0) / range_m)
+    return magnitude * nx, magnitude * ny
+
+
+@scalar
+def sidestep_force(
+    rx: float, ry: float, ex: float, ey: float, gap_m: float, force: SocialForce
+) -> tuple[float, float]:
+    """Return the acceleration with which a walker steps aside for an obstacle ahead [m/s^2].
+
+    Central repulsion alone leaves two who meet exactly head-on facing each other. The step is taken
+    across the walking direction e, to the side on which one already is, to the right when in doubt,
+    and the harder the nearer and the more head-on: a (1 - gap/range) cos(bearing)^4.
+
+    Args:
+        rx: From the walker to the obstacle's centre [m].
+        ry: The same, other axis [m].
+        ex: Walking direction, unit vector.
+        ey: The same, other axis.
+        gap_m: Distance between the surfaces [m].
+        force: Constants of the model.
+    """
+    distance = max(math.hypot(rx, ry), 1e-6)
+    ahead = (rx * ex + ry * ey) / distance
+    if ahead <= 0.0 or gap_m >= force.sidestep_range_m:
+        return 0.0, 0.0
+    obstacle_on_left = ex * ry - ey * rx >= -1e-3 * distance
+    side = 1.0 if obstacle_on_left else -1.0
+    magnitude = force.sidestep_mps2 * (1.0 - max(gap_m, 0.0) / force.sidestep_range_m)
+    magnitude *= ahead**4
+    return side * magnitude * ey, -side * magnitude * ex

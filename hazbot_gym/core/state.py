@@ -1,0 +1,164 @@
+"""The nouns: what a robot, a wheel, a person, a track and a place are, as records in arrays.
+
+Both engines, the sensors, the observation and the reward speak of these records and of nothing else.
+SI units, radians counter-clockwise, x forward, y left. A record array is passed to kernels as it is;
+in kernels its fields are attributes (``people[i].vx``).
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Records = npt.NDArray[np.void]
+Record = Any  # one element of a record array; numba and numpy each have their own type for it
+
+# --- bodies (DESIGN section 2; the robot's mass: paper) ---------------------------------------------
+
+ROBOT_RADIUS_M, ROBOT_MASS_KG = 0.30, 34.0
+PERSON_RADIUS_M, PERSON_MASS_KG = 0.20, 80.0  # mass: Helbing, Farkas and Vicsek 2000
+
+# --- the robot -----------------------------------------------------------------------------------
+
+ROBOT = np.dtype(
+    [
+        ("x", "f8"),  # midpoint M of the driven axle [m]
+        ("y", "f8"),
+        ("theta", "f8"),  # heading, not wrapped [rad]
+        ("v", "f8"),  # actual linear velocity [m/s]
+        ("omega", "f8"),  # actual yaw rate [rad/s]
+        ("command", "f8"),  # speed the policy asked for last [m/s]
+        ("v_ref", "f8"),  # that speed behind the slew limit: the reference point's [m/s]
+        ("s", "f8"),  # reference point's arc length along the path [m]
+        ("x_e", "f8"),  # pose error, actual minus reference, in the robot frame (eq 10) [m]
+        ("y_e", "f8"),
+        ("theta_e", "f8"),  # in (-pi, pi] [rad]
+    ],
+    align=True,
+)
+
+WHEEL = np.dtype(
+    [
+        ("speed", "f8"),  # actual angular velocity w [rad/s]
+        ("drive", "f8"),  # motor input behind the extra lag of plant B
+        ("integral", "f8"),  # integral of the control error [rad]
+        ("error", "f8"),  # control error of the last step [rad/s]
+        ("derivative", "f8"),  # filtered derivative of the control error [rad/s^2]
+    ],
+    align=True,
+)
+RIGHT, LEFT = 0, 1  # wheel 1 is the right one (SPEC A1)
+
+# --- people --------------------------------------------------------------------------------------
+
+WAITING, PRESENT, GONE = 0, 1, 2  # not yet entered, walking, left for good
+
+# The paper's four walking patterns (B_j of its fuzzy rules), and the fifth of the track statistics.
+NO_PATTERN, CROSSING, ENCOUNTERING, LEADING, CONFRONTING, BESIDE = -1, 0, 1, 2, 3, 4
+PATTERN_NAMES = ("crossing", "encountering", "leading", "confronting")
+
+SCRIPTED, SOCIAL_FORCE, REPLAY = 0, 1, 2  # how a person moves
+REACTION_NAMES = ("attentive", "inattentive", "wary", "curious")
+
+PERSON = np.dtype(
+    [
+        ("x", "f8"),
+        ("y", "f8"),
+        ("vx", "f8"),
+        ("vy", "f8"),
+        ("radius", "f8"),  # [m]
+        ("desired_speed", "f8"),  # [m/s]
+        ("enters_s", "f8"),  # time of entry [s]
+        ("route", "i8"),  # row of the place's routes; of the recording's people for REPLAY
+        ("s", "f8"),  # arc length walked along the route [m]
+        ("offset", "f8"),  # lateral offset from the route, left positive [m]
+        ("sidestep_s", "f8"),  # arc length at which a scripted walker has stepped aside [m]
+        ("sidestep_offset", "f8"),  # its lateral offset from then on [m]
+        ("model", "i8"),  # SCRIPTED, SOCIAL_FORCE or REPLAY
+        ("reaction", "i8"),  # row of the reaction table (REACTION_NAMES)
+        ("status", "i8"),  # WAITING, PRESENT or GONE
+        ("blocked", "f8"),  # share of the desired speed that the robot takes away, in [0, 1]
+        ("next_vx", "f8"),  # velocity being worked out, while the old ones are still in use
+        ("next_vy", "f8"),
+    ],
+    align=True,
+)
+
+TRACK = np.dtype(
+    [
+        ("visible", "i8"),  # 1 if the tracker reports this person now
+        ("x", "f8"),
+        ("y", "f8"),
+        ("vx", "f8"),
+        ("vy", "f8"),
+        ("pattern", "i8"),  # label held while the person is in view; NO_PATTERN if none yet
+    ],
+    align=True,
+)
+
+# --- places --------------------------------------------------------------------------------------
+
+PATH_PIECE = np.dtype(
+    [
+        ("s", "f8"),  # arc length at which the piece starts [m]
+        ("length", "f8"),  # [m]
+        ("x", "f8"),
+        ("y", "f8"),
+        ("heading", "f8"),  # tangent at the start [rad]
+        ("curvature", "f8"),  # 0 for a straight piece, left turns positive [1/m]
+    ],
+    align=True,
+)
+
+ACROSS, AGAINST, ALONG = 0, 1, 2  # how a person's route runs relative to the robot's path
+
+
+class Place(NamedTuple):
+    """A place as arrays, ready for kernels.
+
+    Attributes:
+        walls: (W, 4) segments x1, y1, x2, y2 [m].
+        path: (M,) records of type ``PATH_PIECE``, the robot's path.
+        routes: (R, K, 3) waypoints of people's routes: x, y and arc length so far [m]; rows shorter
+            than K repeat their last waypoint.
+        route_kinds: (R,) ACROSS, AGAINST or ALONG, as the route runs relative to the path.
+        route_anchors: (R, 2) arc lengths on the path and on the route where the two meet [m].
+        route_rooms: (R,) how far to either side of the route people may keep their lane [m].
+    """
+
+    walls: Floats
+    path: Records
+    routes: Floats
+    route_kinds: npt.NDArray[np.int64]
+    route_anchors: Floats
+    route_rooms: Floats
+
+
+def records(dtype: np.dtype[np.void], size: int) -> Records:
+    """Return ``size`` zeroed records of one of the types above."""
+    return np.zeros(size, dtype)
+
+
+def as_record(parameters: Any) -> Records:
+    """Return a named tuple of numbers as an array of one record with the same field names.
+
+    Kernels read ``record[0].field`` like the named tuple's own attribute, but a record is handed to
+    compiled code seven times faster than a tuple of a dozen numbers. Nested tuples become nested records.
+    """
+    return np.array([_plain(parameters)], dtype=_record_type(parameters))
+
+
+def _plain(value: Any) -> Any:
+    return tuple(_plain(item) for item in value) if isinstance(value, tuple) else value
+
+
+def _record_type(parameters: Any) -> np.dtype[np.void]:
+    kinds = {bool: "i8", int: "i8", float: "f8"}
+    fields = [
+        (name, _record_type(value) if isinstance(value, tuple) else kinds[type(value)])
+        for name, value in zip(parameters._fields, parameters, strict=True)
+    ]
+    return np.dtype(fields, align=True)

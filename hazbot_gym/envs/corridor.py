@@ -1,0 +1,345 @@
+"""The environment: a thin composition of scenario, world, sensors, observation and reward."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, SupportsFloat
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+
+from hazbot_gym.config import Config, make_config
+from hazbot_gym.core.geometry import path_length
+from hazbot_gym.core.patterns import Thresholds
+from hazbot_gym.core.state import TRACK, as_record, records
+from hazbot_gym.core.ultrasonic import FRONT_RIGHT
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.sim.perception import (
+    SENSORS,
+    SensorParameters,
+    TrackerParameters,
+    blank_tracks,
+    perceive,
+)
+from hazbot_gym.sim.world import Snapshot, World
+from hazbot_gym.task.observation import LAYOUTS, markdown_table, observe
+from hazbot_gym.task.outcome import (
+    ARRIVED,
+    BY_ROBOT,
+    CAUSE_NAMES,
+    CONTACT_PERSON,
+    CONTACT_WALL,
+    DECISION,
+    OUTCOME_NAMES,
+    RUNNING,
+    TIMEOUT,
+    contact_cause,
+)
+from hazbot_gym.task.reward import CONTACT, INTRUSION, TERMS, judge
+from hazbot_gym.task.scenario import make_source
+
+if TYPE_CHECKING:
+    from hazbot_gym.envs.rendering import Frame
+
+SPEED_LEVELS = (0.0, 0.25, 0.5, 0.75, 1.0)  # the paper's stop, 25, 50, 75, 100 %
+TRAIL_STEPS = 200
+
+
+class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
+    """A gas-inspection robot follows a path through a place shared with people; choose its speed.
+
+    ## Description
+
+    A wheeled robot (radius 0.30 m, 34 kg, two driven wheels and a castor) inspects along a given path.
+    A tracking controller steers; the agent only chooses how fast to go, ten times a second. People walk
+    in the same place: they cross, come the other way, walk ahead, or come straight at the robot. The robot
+    should arrive soon, keep out of people's personal space while it moves, and not stand in their way.
+    The system is that of Gao et al. 2022 (Chinese Journal of Mechanical Engineering), corrected.
+
+    ## Action Space
+
+    ``Box(-1, 1, (1,), float32)``: commanded speed, -1 is stop and +1 the nominal 0.5 m/s. With
+    ``action_type="discrete"``: ``Discrete(5)``, the paper's stop, 25, 50, 75 and 100 %.
+
+    ## Observation Space
+
+    ``Box`` of float32. Values are divided by the scale in the unit column. The tier ``sonar`` has only
+    the fields that do not begin with ``person``.
+
+    {observation_table}
+
+    ## Transition Dynamics
+
+    The command passes a slew limit (+0.5, -1.0 m/s^2); a reference point moves along the path at that
+    speed; the tracking law (12c) and fuzzy-PID wheel loops at 100 Hz follow it on motors that do not
+    match. People choose their velocity every 0.05 s by social forces. Contacts are pymunk's.
+
+    ## Reward
+
+    A weighted sum of the terms in ``info["reward_terms"]`` (``task/reward.py``); the weights are
+    ``config.reward``. ``info["cost"]`` is the safety cost for constrained learning: the intrusion term,
+    plus 1 for a contact that the robot caused.
+
+    ## Starting State
+
+    The robot is at rest at the start of its path. People are drawn so that they are met on the way; the
+    draw is a pure function of a key that ``reset(seed=...)`` takes from ``np_random``.
+
+    ## Episode End
+
+    Terminated on arrival and on contact with a person or a wall, truncated after ``max_episode_steps``.
+    ``info["outcome"]`` then is ``arrived``, ``contact_person``, ``contact_wall`` or ``timeout``;
+    with a contact, ``info["contact_caused_by"]`` and ``info["contact_speed_mps"]`` say how it came.
+
+    ## Arguments
+
+    Fields of ``hazbot_gym.config.Config``, sections as mappings, and ``scenario`` for a named one:
+
+    >>> import gymnasium, hazbot_gym
+    >>> env = gymnasium.make("hazbot_gym/Corridor-v0", tier="sonar", people={{"count": [4, 4]}})
+    >>> env.observation_space.shape
+    (12,)
+    >>> env = gymnasium.make("hazbot_gym/Corridor-v0", scenario="E*")
+
+    ## Version History
+
+    * v0: initial version.
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 10}  # noqa: RUF012 - Gymnasium's form
+
+    def __init__(
+        self,
+        config: Config | Mapping[str, Any] | str | Path | None = None,
+        *,
+        preset: Mapping[str, Any] | None = None,
+        scenario: str | None = None,
+        render_mode: str | None = None,
+        **overrides: Any,
+    ) -> None:
+        """Make an environment from a preset, then a named scenario, a config, and single overrides.
+
+        Raises:
+            InvalidInput: A value cannot be used; one line says which and what is allowed.
+        """
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise InvalidInput(f"render_mode: given {render_mode!r}, allowed are None and 'rgb_array'")
+        self.render_mode = render_mode
+        self.config = make_config(config, preset=preset, scenario=scenario, **overrides)
+        self._source = make_source(self.config)
+        self._world = World(self.config)
+        self._sensors = as_record(_sensor_parameters(self.config))
+        self._weights = np.array(self.config.reward)
+        self._layout = LAYOUTS[self.config.tier]
+        self.observation_space = gymnasium.spaces.Box(self._layout.low, self._layout.high)
+        self.action_space: gymnasium.Space[Any] = (
+            gymnasium.spaces.Discrete(len(SPEED_LEVELS))
+            if self.config.action_type == "discrete"
+            else gymnasium.spaces.Box(-1.0, 1.0, (1,))
+        )
+        self._ranges = np.zeros(SENSORS)
+        self._terms = np.zeros(len(TERMS))
+        self._decision = records(DECISION, 1)
+        self._free_times: dict[int, float] = {}
+        self._is_over = True
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[npt.NDArray[np.float32], dict[str, Any]]:
+        """Start an episode; ``options={"key": k}`` asks for one scenario instead of drawing its key."""
+        super().reset(seed=seed)
+        key = int(self.np_random.integers(2**63))
+        key = _requested_key(options, key)
+        scenario = self._source.draw(key)
+        self._world.reset(scenario.place, scenario.people, scenario.recording, key)
+        self._key, self._is_over = key, False
+        self._horizon = self._max_episode_steps()
+        self._length_m = path_length(scenario.place.path.view(np.recarray))
+        people = len(scenario.people)
+        self._tracks = blank_tracks(people)
+        self._history = records(TRACK, (self.config.sensors.tracker.latency_steps + 1) * people)
+        self._history = self._history.reshape(-1, people)
+        self._trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_STEPS)
+        info = {
+            "scenario_key": key,
+            "place": scenario.name,
+            "time_free_s": self._free_time_s(),
+            **self._info(np.zeros(len(TERMS))),
+        }
+        return self._observe(), info
+
+    def step(
+        self, action: Any
+    ) -> tuple[npt.NDArray[np.float32], SupportsFloat, bool, bool, dict[str, Any]]:
+        """Drive for one decision period at the speed that the action asks for."""
+        if self._is_over:
+            raise InvalidInput("step: the episode is over, call reset first")
+        world, decision = self._world, self._decision
+        command_mps = self._reflex(self._command(action))
+        robots = world.robots
+        s_before, command_before = robots["s"][0], robots["command"][0]
+        world.step(command_mps)
+        nominal = self.config.drive.nominal_speed_mps
+        full_m = nominal * self.config.clock.decision_s
+        decision["advance"] = (robots["s"][0] - s_before) / full_m
+        decision["command_change"] = (command_mps - command_before) / nominal
+        decision["nominal_speed_mps"] = nominal
+        outcome = self._settle()
+        observation = self._observe()
+        judge(robots, world.people, decision, self._terms)
+        info = self._info(self._terms)
+        if outcome != RUNNING:
+            self._is_over = True
+            info["outcome"] = OUTCOME_NAMES[outcome]
+            if outcome in (CONTACT_PERSON, CONTACT_WALL):
+                info["contact_caused_by"] = CAUSE_NAMES[decision["cause"][0]]
+                info["contact_speed_mps"] = float(decision["speed_mps"][0])
+        is_terminated = outcome not in (RUNNING, TIMEOUT)
+        return observation, float(self._terms @ self._weights), is_terminated, outcome == TIMEOUT, info
+
+    def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
+        """Return a picture of the present state (H, W, 3), or None without a render mode."""
+        if self.render_mode is None:
+            return None
+        from hazbot_gym.envs.rendering import draw
+
+        return draw(self._frame())
+
+    def snapshot(self) -> Snapshot:
+        """Return the true state, copied, for metrics and pictures; policies must not see it."""
+        return self._world.snapshot()
+
+    # --- inside ----------------------------------------------------------------------------------
+
+    def _command(self, action: Any) -> float:
+        """Return the commanded speed [m/s] of an action, after checking it."""
+        nominal = self.config.drive.nominal_speed_mps
+        if self.config.action_type == "discrete":
+            if not self.action_space.contains(action):
+                raise InvalidInput(f"action: given {action!r}, allowed are the integers 0 to 4")
+            return nominal * SPEED_LEVELS[int(action)]
+        values = np.asarray(action)
+        if values.shape != (1,):
+            raise InvalidInput(f"action: given an array of shape {values.shape}, allowed is (1,)")
+        value = float(values[0])
+        if not -1.0 <= value <= 1.0:  # also catches NaN
+            raise InvalidInput(f"action: given {value}, allowed is -1 <= action <= 1")
+        return nominal * 0.5 * (value + 1.0)
+
+    def _reflex(self, command_mps: float) -> float:
+        """Return the command, or a stop if something is near in front and the reflex is on."""
+        nearest_m = self._ranges[: FRONT_RIGHT + 1].min()
+        return 0.0 if nearest_m < self.config.drive.reflex_stop_m else command_mps
+
+    def _settle(self) -> int:
+        """Write into the decision's record how the episode stands; return the outcome."""
+        world, decision = self._world, self._decision
+        outcome, cause, speed_mps = RUNNING, 0, 0.0
+        if world.contact is not None and world.contact.person >= 0:
+            outcome = CONTACT_PERSON
+            person = world.people.view(np.recarray)[world.contact.person]
+            cause, speed_mps = contact_cause(world.robots.view(np.recarray)[0], person)
+        elif world.contact is not None:
+            outcome, cause, speed_mps = CONTACT_WALL, BY_ROBOT, abs(float(world.robots["v"][0]))
+        elif self._length_m - world.robots["s"][0] - world.robots["x_e"][0] <= (
+            self.config.arrival_tolerance_m
+        ):
+            outcome = ARRIVED
+        elif world.decision >= self._horizon:
+            outcome = TIMEOUT
+        decision["outcome"], decision["cause"], decision["speed_mps"] = outcome, cause, speed_mps
+        decision["time_left"] = 1.0 - world.decision / self._horizon
+        return outcome
+
+    def _observe(self) -> npt.NDArray[np.float32]:
+        world = self._world
+        perceive(
+            world.robots,
+            world.people,
+            world.place.walls,
+            self._sensors,
+            self._history,
+            self._key,
+            world.decision,
+            self._ranges,
+            self._tracks,
+        )
+        observation = np.empty(self._layout.width, dtype=np.float32)
+        observe(world.robots, world.place.path, self._ranges, self._tracks, observation)
+        if self.render_mode is not None:
+            self._trail.append((float(world.robots["x"][0]), float(world.robots["y"][0])))
+        return observation
+
+    def _info(self, terms: npt.NDArray[np.float64]) -> dict[str, Any]:
+        values = terms.tolist()
+        is_at_fault = values[CONTACT] > 0.0 and self._decision["cause"][0] == BY_ROBOT
+        return {
+            "time_s": self._world.time_s,
+            "reward_terms": dict(zip(TERMS, values, strict=True)),
+            "cost": values[INTRUSION] + (1.0 if is_at_fault else 0.0),
+        }
+
+    def _max_episode_steps(self) -> int:
+        """Return the horizon: ``gymnasium.make(..., max_episode_steps=n)`` has the last word."""
+        limit = self.spec.max_episode_steps if self.spec is not None else None
+        return limit or self.config.max_episode_steps
+
+    def _free_time_s(self) -> float:
+        """Return the travel time without people; computed once for each path."""
+        path = self._world.place.path
+        if id(path) not in self._free_times:
+            self._free_times[id(path)] = self._world.free_time_s()
+        return self._free_times[id(path)]
+
+    def _frame(self) -> Frame:
+        from hazbot_gym.envs.rendering import Frame
+
+        state = self.snapshot()
+        ultrasonic = self.config.sensors.ultrasonic
+        return Frame(
+            place=self._world.place,
+            x_m=state.x,
+            y_m=state.y,
+            theta_rad=state.theta,
+            people=self._world.people,
+            patterns=self._tracks["pattern"].tolist(),
+            ranges_m=self._ranges.copy(),
+            sonar=ultrasonic,
+            trail=np.array(self._trail).reshape(-1, 2),
+            speed_mps=state.speed_mps,
+            command_mps=state.command_mps,
+            top_speed_mps=self.config.drive.nominal_speed_mps,
+            time_s=state.time_s,
+        )
+
+
+def _sensor_parameters(config: Config) -> SensorParameters:
+    tracker = config.sensors.tracker
+    is_privileged = config.tier == "privileged"
+    return SensorParameters(
+        config.sensors.ultrasonic,
+        TrackerParameters(
+            range_m=tracker.range_m,
+            position_noise_m=0.0 if is_privileged else tracker.position_noise_m,
+            velocity_noise_mps=0.0 if is_privileged else tracker.velocity_noise_mps,
+            dropout=tracker.dropout,
+            is_privileged=is_privileged,
+            intended_speed_mps=config.drive.nominal_speed_mps,
+        ),
+        Thresholds(),
+    )
+
+
+def _requested_key(options: dict[str, Any] | None, drawn: int) -> int:
+    unknown = set(options or {}) - {"key"}
+    if unknown:
+        raise InvalidInput(f"reset options: given {', '.join(sorted(unknown))}, allowed is key")
+    return int((options or {}).get("key", drawn))
+
+
+CorridorEnv.__doc__ = str(CorridorEnv.__doc__).replace(
+    "{observation_table}", markdown_table().replace("\n", "\n    ")
+).replace("{{", "{").replace("}}", "}")

@@ -1,0 +1,64 @@
+"""The environments by name: presets of one class, registered with Gymnasium once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+
+NAMESPACE = "hazbot_gym"
+MAX_EPISODE_STEPS = 600
+
+# One sentence each; ``hazbot list`` and the docs print them.
+ENVIRONMENTS: dict[str, tuple[str, dict[str, Any]]] = {
+    "Corridor-v0": ("A corridor with side doors; people of all four patterns.", {}),
+    "Crossing-v0": (
+        "Somebody crosses the corridor through the side doors.",
+        {"people": {"family": "crossing", "count": [1, 3]}},
+    ),
+    "Encountering-v0": (
+        "Somebody comes the other way and means to pass.",
+        {"people": {"family": "encountering", "count": [1, 3]}},
+    ),
+    "Leading-v0": (
+        "Somebody slower walks ahead in the same direction.",
+        {"people": {"family": "leading", "count": [1, 3]}},
+    ),
+    "Confronting-v0": (
+        "Somebody comes straight at the robot.",
+        {"people": {"family": "confronting", "count": [1, 3]}},
+    ),
+    "Circle-v0": (
+        "The paper's circle; people walk across it.",
+        {"place": "circle", "max_episode_steps": 1000, "people": {"count": [2, 4]}},
+    ),
+    "Intersection-v0": (
+        "Two corridors cross behind blind corners.",
+        {"place": "intersection", "people": {"family": "crossing", "count": [2, 5]}},
+    ),
+    "Doorway-v0": (
+        "A doorway that lets one through at a time.",
+        {"place": "doorway", "people": {"family": "encountering", "count": [1, 4]}},
+    ),
+    "Aisle-v0": (
+        "An L-shaped aisle between shelves, with a blind corner.",
+        {"place": "aisle", "people": {"count": [1, 4]}},
+    ),
+    "Replay-v0": (
+        "Recorded people; without a track file, a small synthetic recording.",
+        {"people": {"model": "replay"}},
+    ),
+}
+
+
+def register_environments() -> None:
+    """Register every environment that is not registered yet."""
+    for name, (_, preset) in ENVIRONMENTS.items():
+        env_id = f"{NAMESPACE}/{name}"
+        if env_id not in gymnasium.registry:
+            gymnasium.register(
+                id=env_id,
+                entry_point="hazbot_gym.envs.corridor:CorridorEnv",
+                max_episode_steps=preset.get("max_episode_steps", MAX_EPISODE_STEPS),
+                kwargs={"preset": preset},
+            )

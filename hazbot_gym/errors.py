@@ -1,0 +1,20 @@
+"""The errors that a user can meet; everything else is a bug and fails loudly."""
+
+
+class HazbotError(Exception):
+    """Root of all errors that hazbot_gym raises on purpose."""
+
+
+class InvalidInput(HazbotError, ValueError):
+    """A value from outside is not usable.
+
+    The message is one line that names the field, what was given and what is allowed; the command
+    line prints it as it is and exits with code 2.
+    """
+
+
+class MissingExtra(HazbotError, ImportError):
+    """An optional dependency is not installed; the message names the ``pip install`` that helps."""
+
+    def __init__(self, package: str, extra: str) -> None:
+        super().__init__(f"{package} is not installed: pip install 'hazbot-gym[{extra}]'")

@@ -1,0 +1,150 @@
+"""What a policy is, and how one is made from a line of text.
+
+A policy speaks Stable-Baselines3's ``predict``, so that rules and trained models are run by the
+same code. Its action is the continuous one, whatever the environment's: who steps a discrete
+environment takes the nearest of its speeds.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import ValidationError
+
+from hazbot_gym.errors import InvalidInput
+
+Observations = npt.NDArray[np.float32]
+Actions = npt.NDArray[np.float32]
+
+
+@runtime_checkable
+class Policy(Protocol):
+    """Chooses the robot's speed from what it observes."""
+
+    def predict(
+        self,
+        observation: Observations,
+        state: Any = None,
+        episode_start: npt.NDArray[np.bool_] | None = None,
+        deterministic: bool = True,
+    ) -> tuple[Actions, Any]:
+        """Return the action and the policy's next inner state.
+
+        Args:
+            observation: (n,) of one environment or (N, n) of several.
+            state: Inner state that the last call returned; None for policies without one.
+            episode_start: (N,) whether each environment has just been reset.
+            deterministic: Whether to take the most likely action instead of drawing one.
+
+        Returns:
+            Actions in [-1, 1], -1 = stop, +1 = nominal speed, shape (1,) or (N, 1); and the state.
+        """
+        ...
+
+
+class Entry(NamedTuple):
+    """A policy of the register."""
+
+    factory: str  # "module:class", imported when first made
+    description: str
+
+
+REGISTER = {
+    "constant": Entry(
+        "hazbot_gym.policies.constant:Constant",
+        "one speed, whatever happens; fraction=0..1 of nominal",
+    ),
+    "fuzzy_expert": Entry(
+        "hazbot_gym.policies.fuzzy_expert:FuzzyExpert",
+        "the paper's fuzzy strategy; rules=, pattern=, t_norm=, release=",
+    ),
+}
+
+
+def names() -> dict[str, str]:
+    """Return the name and a short description of every policy of the library."""
+    return {name: entry.description for name, entry in REGISTER.items()}
+
+
+def speed_action(fraction: npt.ArrayLike) -> Actions:
+    """Return the actions for shares of the nominal speed in [0, 1]: shape (...) to (..., 1)."""
+    return (2.0 * np.asarray(fraction, dtype=np.float32) - 1.0)[..., np.newaxis]
+
+
+def make(spec: str) -> Policy:
+    """Return the policy that a line of text names.
+
+    Args:
+        spec: ``name`` or ``name:option=value,...`` with a name of the register, or
+            ``module:attribute`` for a policy of your own: an object with ``predict``, or what makes
+            one without arguments.
+
+    Raises:
+        InvalidInput: an unknown name or option, a value that is not allowed, or no policy there.
+    """
+    name, _, rest = spec.partition(":")
+    if name in REGISTER:
+        return _from_register(spec, REGISTER[name].factory, rest)
+    if not rest:
+        raise InvalidInput(
+            f"policy: {spec!r} is not known; allowed are {', '.join(REGISTER)} or module:attribute"
+        )
+    found = _load(spec)
+    policy = found() if callable(found) and not _is_policy(found) else found
+    if not _is_policy(policy):
+        raise InvalidInput(f"policy: {spec!r} has no predict(observation, state, ...) method")
+    return policy  # type: ignore[no-any-return]
+
+
+def _is_policy(thing: Any) -> bool:
+    return isinstance(thing, Policy) and not isinstance(thing, type)
+
+
+def _load(spec: str) -> Any:
+    module_name, _, attribute = spec.partition(":")
+    try:
+        module = importlib.import_module(module_name)
+    except ModuleNotFoundError as error:
+        if error.name is None or not f"{module_name}.".startswith(f"{error.name}."):
+            raise  # the module is there, but lacks something that it imports itself
+        raise InvalidInput(
+            f"policy: there is no module {module_name!r} for {spec!r}; allowed are "
+            f"{', '.join(REGISTER)} or module:attribute"
+        ) from None
+    if not hasattr(module, attribute):
+        raise InvalidInput(f"policy: module {module_name!r} has no attribute {attribute!r}")
+    return getattr(module, attribute)
+
+
+def _from_register(spec: str, factory_name: str, options: str) -> Policy:
+    factory = _load(factory_name)
+    allowed = [field.name for field in dataclasses.fields(factory)]
+    try:
+        policy: Policy = factory(**_parse_options(spec, options, allowed))
+    except ValidationError as error:
+        first = error.errors()[0]
+        option = ".".join(str(part) for part in first["loc"])
+        raise InvalidInput(
+            f"policy {spec!r}: {option} = {first['input']!r} is not allowed: {first['msg']}"
+        ) from None
+    return policy
+
+
+def _parse_options(spec: str, options: str, allowed: list[str]) -> dict[str, str]:
+    """Split ``a=1,b=2``; a value without a name belongs to the option at its place."""
+    parsed: dict[str, str] = {}
+    for place, item in enumerate(options.split(",") if options else []):
+        name, equals, value = (part.strip() for part in item.partition("="))
+        if not equals:
+            name, value = (allowed[place] if place < len(allowed) else item), name
+        if name not in allowed or name in parsed:
+            reason = "given twice" if name in parsed else "not known"
+            raise InvalidInput(
+                f"policy {spec!r}: option {name!r} is {reason}; allowed are {', '.join(allowed)}"
+            )
+        parsed[name] = value
+    return parsed

@@ -1,0 +1,190 @@
+"""What the robot's sensors report: four ultrasonic readings, and people as a tracker sees them.
+
+All noise is a pure function of (key, stream, decision, index), so that a policy that drives differently
+does not shift anybody's random numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hazbot_gym.core.geometry import is_in_sight
+from hazbot_gym.core.jit import kernel, scalar
+from hazbot_gym.core.noise import SONAR, TRACKER, noise_value, uniform4
+from hazbot_gym.core.patterns import Thresholds, classify
+from hazbot_gym.core.proxemics import SOCIAL_M
+from hazbot_gym.core.state import (
+    BESIDE,
+    NO_PATTERN,
+    PRESENT,
+    TRACK,
+    Floats,
+    Record,
+    Records,
+    records,
+)
+from hazbot_gym.core.ultrasonic import Ultrasonic, disc_echo, mounting_angle, segment_echo
+
+SENSORS = 4
+
+
+class TrackerParameters(NamedTuple):
+    """The config's ``Tracker`` as numbers for kernels, and what the labels need."""
+
+    range_m: float
+    position_noise_m: float
+    velocity_noise_mps: float
+    dropout: float
+    is_privileged: bool  # report the true state of everybody present
+    intended_speed_mps: float  # a stopped robot labels people by where it means to go
+
+
+class SensorParameters(NamedTuple):
+    """All that ``perceive`` needs to know; ``as_record`` makes it ready for kernels."""
+
+    ultrasonic: Ultrasonic
+    tracker: TrackerParameters
+    patterns: Thresholds
+
+
+@scalar
+def echo(sensor: int, robot: Record, people: Records, walls: Floats, p: Ultrasonic) -> float:
+    """Return the true distance of a sensor's first echo, at most its range [m]."""
+    axis = robot.theta + mounting_angle(sensor, p.front_angle_rad)
+    x = robot.x + p.mount_radius_m * math.cos(axis)
+    y = robot.y + p.mount_radius_m * math.sin(axis)
+    nearest = p.range_m
+    for i in range(people.shape[0]):
+        if people[i].status == PRESENT:
+            dx, dy = people[i].x - x, people[i].y - y
+            reach = nearest + people[i].radius
+            if dx * dx + dy * dy < reach * reach:
+                nearest = min(
+                    nearest, disc_echo(dx, dy, people[i].radius, axis, p.half_cone_rad)
+                )
+    for k in range(walls.shape[0]):
+        nearest = min(
+            nearest,
+            segment_echo(
+                walls[k, 0] - x, walls[k, 1] - y, walls[k, 2] - x, walls[k, 3] - y, axis, p
+            ),
+        )
+    return nearest
+
+
+@scalar
+def sense_ranges(
+    robot: Record, people: Records, walls: Floats, p: Ultrasonic, key: np.uint64, step: int,
+    ranges: Floats,
+) -> None:  # fmt: skip
+    """Write the four readings [m]; with sequential firing only one of them is new each decision."""
+    for sensor in range(SENSORS):
+        if p.sequential and step > 0 and step % SENSORS != sensor:
+            continue
+        reading = echo(sensor, robot, people, walls, p)
+        u1, u2, u3, _ = uniform4(key, SONAR, step, sensor)
+        if u3 < p.cross_talk:
+            reading = min(reading, echo(sensor ^ 1, robot, people, walls, p))
+        if reading < p.range_m:  # silence carries no noise
+            reading += noise_value(u1, u2, p.noise_m, p.gaussian)
+        ranges[sensor] = min(max(reading, 0.0), p.range_m)
+
+
+@scalar
+def remember(people: Records, history: Records, step: int) -> None:
+    """Write the true state of the people into this decision's row of the history."""
+    row = step % history.shape[0]
+    for i in range(people.shape[0]):
+        seen = history[row, i]
+        seen.visible = 1 if people[i].status == PRESENT else 0
+        seen.x, seen.y = people[i].x, people[i].y
+        seen.vx, seen.vy = people[i].vx, people[i].vy
+
+
+@scalar
+def track_people(
+    robot: Record, walls: Floats, history: Records, p: SensorParameters, key: np.uint64, step: int,
+    tracks: Records,
+) -> None:  # fmt: skip
+    """Write what the tracker reports, from the oldest row of the history (its latency).
+
+    A person is reported within range and in line of sight, both from where the robot is now. The
+    pattern label is given within 3.6 m (Hall's social distance, as in the track counts) and then kept
+    while the person stays that near: it says how the two met, not what the geometry is later.
+    """
+    t = p.tracker
+    row = (step + 1) % history.shape[0] if step + 1 >= history.shape[0] else 0
+    for i in range(tracks.shape[0]):
+        seen, track = history[row, i], tracks[i]
+        u1, u2, u3, u4 = uniform4(key, TRACKER, step, 2 * i)
+        dropped, _, _, _ = uniform4(key, TRACKER, step, 2 * i + 1)
+        distance = math.hypot(seen.x - robot.x, seen.y - robot.y)
+        is_seen = seen.visible == 1 and (
+            t.is_privileged
+            or (
+                distance <= t.range_m
+                and dropped >= t.dropout
+                and is_in_sight(robot.x, robot.y, seen.x, seen.y, walls)
+            )
+        )
+        track.visible = 1 if is_seen else 0
+        if seen.visible == 0 or distance > SOCIAL_M:
+            track.pattern = NO_PATTERN
+        if not is_seen:
+            continue
+        track.x = seen.x + (2.0 * u1 - 1.0) * t.position_noise_m
+        track.y = seen.y + (2.0 * u2 - 1.0) * t.position_noise_m
+        track.vx = seen.vx + (2.0 * u3 - 1.0) * t.velocity_noise_mps
+        track.vy = seen.vy + (2.0 * u4 - 1.0) * t.velocity_noise_mps
+        is_open = track.pattern == NO_PATTERN or track.pattern == BESIDE  # noqa: PLR1714
+        if is_open and distance <= SOCIAL_M:
+            track.pattern = classify(
+                track.x - robot.x,
+                track.y - robot.y,
+                robot.theta,
+                t.intended_speed_mps,
+                track.vx,
+                track.vy,
+                p.patterns,
+            )
+
+
+@kernel
+def perceive(
+    robots: Records,
+    people: Records,
+    walls: Floats,
+    parameters: Records,
+    history: Records,
+    key: np.uint64,
+    step: int,
+    ranges: Floats,
+    tracks: Records,
+) -> None:
+    """Write the sensors' reports at a decision.
+
+    Args:
+        robots: (1,) record of the robot.
+        people: (P,) PERSON records.
+        walls: (W, 4) segments [m].
+        parameters: (1,) record of ``SensorParameters``.
+        history: (latency + 1, P) TRACK records, the sensors' memory, changed.
+        key: Key of the scenario's noise.
+        step: Number of the decision since the reset.
+        ranges: (4,) readings [m], written.
+        tracks: (P,) TRACK records, written.
+    """
+    p = parameters[0]
+    sense_ranges(robots[0], people, walls, p.ultrasonic, np.uint64(key), step, ranges)
+    remember(people, history, step)
+    track_people(robots[0], walls, history, p, np.uint64(key), step, tracks)
+
+
+def blank_tracks(people: int) -> Records:
+    """Return tracks of which none is visible."""
+    tracks = records(TRACK, people)
+    tracks["pattern"] = NO_PATTERN
+    return tracks

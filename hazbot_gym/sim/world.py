@@ -1,0 +1,277 @@
+"""The reference engine: robot, people and walls as pymunk bodies in one space.
+
+pymunk (Chipmunk 7) integrates the bodies and finds the contacts; velocities come from the same formulas
+as in the batched engine (``drive``, ``people``). Bodies follow their records exactly until a contact, which
+ends the episode. One space serves all episodes: bodies are moved, not rebuilt; walls are replaced
+only when the place changes.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import pymunk
+
+from hazbot_gym.config import Config
+from hazbot_gym.core.fuzzy_pid import gain_table
+from hazbot_gym.core.jit import kernel
+from hazbot_gym.core.state import (
+    PERSON_MASS_KG,
+    PERSON_RADIUS_M,
+    PRESENT,
+    ROBOT,
+    ROBOT_MASS_KG,
+    ROBOT_RADIUS_M,
+    WHEEL,
+    Floats,
+    Place,
+    Records,
+    as_record,
+    records,
+)
+from hazbot_gym.sim.drive import drive, drive_parameters, free_time_s, start_drive
+from hazbot_gym.sim.people import move_people, social_step
+
+_ROBOT, _PERSON, _WALL = 1, 2, 3  # collision types
+_AWAY = 1.0e6  # where bodies of absent people are parked [m]
+
+
+class Snapshot(NamedTuple):
+    """The true state at one moment, copied."""
+
+    time_s: float
+    x: float
+    y: float
+    theta: float
+    speed_mps: float  # actual, along the heading
+    command_mps: float
+    s_m: float  # reference point's arc length along the path
+    x_e: float
+    y_e: float
+    theta_e: float
+    people: Records  # PERSON records of those present
+
+
+class Contact(NamedTuple):
+    """The first contact of an episode: with which person, or with a wall (-1)."""
+
+    person: int
+
+
+@kernel
+def _people_step(
+    people: Records,
+    robots: Records,
+    place: Place,
+    force: Records,
+    reactions: Records,
+    recording: Floats,
+    key: np.uint64,
+    step: int,
+    dt_s: float,
+) -> None:
+    if step > 0:
+        move_people(people, dt_s)
+    social_step(
+        people, place, robots[0], force[0], reactions, recording, np.uint64(key), step, dt_s
+    )
+
+
+class World:
+    """A robot, people and walls, stepped one decision at a time.
+
+    Attributes:
+        robots: (1,) ROBOT record.
+        people: (P,) PERSON records.
+        place: Where they are.
+        decision: Number of decisions taken since the reset.
+        contact: The first contact, or None.
+    """
+
+    def __init__(self, config: Config) -> None:
+        self._clock, self._drive = config.clock, config.drive
+        self._parameters = as_record(drive_parameters(config.drive, config.clock.physics_s))
+        self._gains = gain_table(config.drive.tables)
+        self._force = as_record(config.people.force)
+        self._reactions = np.concatenate([as_record(r) for r in config.people.reactions])
+        self._tolerance_m = config.arrival_tolerance_m
+        self.robots, self._wheels = records(ROBOT, 1), records(WHEEL, 2)
+        self._space = pymunk.Space()
+        for kind in (_PERSON, _WALL):
+            self._space.on_collision(_ROBOT, kind, begin=self._on_contact)
+        self._robot_body = self._add_body(ROBOT_RADIUS_M, ROBOT_MASS_KG, _ROBOT)
+        self._person_bodies: list[pymunk.Body] = []
+        self._wall_shapes: list[pymunk.Segment] = []
+        self._index: dict[pymunk.Body, int] = {}
+
+    def reset(self, place: Place, people: Records, recording: Floats, key: int) -> None:
+        """Start an episode.
+
+        Args:
+            place: Walls, path and routes.
+            people: (P,) PERSON records at time zero; the world takes them over.
+            recording: (T, P, 2) positions at every social step for replayed people, else (0, 0, 2).
+            key: Key of the scenario's noise.
+        """
+        if not self._wall_shapes or place.walls is not self.place.walls:
+            self._build_walls(place)
+        self.place, self.people, self._recording = place, people, recording
+        self._key, self.decision, self.contact = np.uint64(key), 0, None
+        start_drive(
+            self.robots,
+            self._wheels,
+            place.path,
+            self._drive.start_speed_mps,
+            self._parameters,
+            self._gains,
+        )
+        while len(self._person_bodies) < len(people):
+            body = self._add_body(PERSON_RADIUS_M, PERSON_MASS_KG, _PERSON)
+            self._index[body] = len(self._person_bodies)
+            self._person_bodies.append(body)
+        self._is_placed = [False] * len(self._person_bodies)
+        for i, body in enumerate(self._person_bodies):
+            self._park(i, body)
+        robot = self.robots[0]
+        self._robot_body.position = float(robot["x"]), float(robot["y"])
+        self._robot_body.angle = float(robot["theta"])
+        self._social(0)
+
+    @property
+    def time_s(self) -> float:
+        """Time since the reset [s]."""
+        return self.decision * self._clock.decision_s
+
+    def free_time_s(self) -> float:
+        """Return how long the robot would take along this path alone at full speed [s]."""
+        return free_time_s(
+            self.place.path,
+            self._parameters,
+            self._gains,
+            self._drive.start_speed_mps,
+            self._tolerance_m,
+        )
+
+    def step(self, command_mps: float) -> None:
+        """Drive for one decision period at a commanded speed; stops short at a contact."""
+        periods, substeps = self._clock.social_per_decision, self._clock.physics_per_social
+        for period in range(self.decision * periods, (self.decision + 1) * periods):
+            for physics_step in range(period * substeps, (period + 1) * substeps):
+                self._physics(command_mps, physics_step)
+                if self.contact is not None:
+                    break
+            if self.contact is not None:
+                self._catch_up(physics_step + 1 - period * substeps)
+                break
+            self._social(period + 1)
+        self.decision += 1
+
+    def snapshot(self) -> Snapshot:
+        """Return a copy of the true state."""
+        robot = self.robots[0]
+        return Snapshot(
+            time_s=self.time_s,
+            x=float(robot["x"]),
+            y=float(robot["y"]),
+            theta=float(robot["theta"]),
+            speed_mps=float(robot["v"]),
+            command_mps=float(robot["command"]),
+            s_m=float(robot["s"]),
+            x_e=float(robot["x_e"]),
+            y_e=float(robot["y_e"]),
+            theta_e=float(robot["theta_e"]),
+            people=self.people[self.people["status"] == PRESENT],
+        )
+
+    # --- inside ----------------------------------------------------------------------------------
+
+    def _physics(self, command_mps: float, step: int) -> None:
+        """Advance the robot by a physics step; people's bodies keep their velocity."""
+        robots, body, dt_s = self.robots, self._robot_body, self._clock.physics_s
+        x, y, theta = body.position.x, body.position.y, body.angle
+        drive(
+            robots,
+            self._wheels,
+            self.place.path,
+            command_mps,
+            self._parameters,
+            self._gains,
+            self._key,
+            step,
+            1,
+        )
+        robot = robots[0]
+        body.velocity = (robot["x"] - x) / dt_s, (robot["y"] - y) / dt_s
+        body.angular_velocity = (robot["theta"] - theta) / dt_s
+        self._space.step(dt_s)
+
+    def _social(self, step: int) -> None:
+        """Let everybody choose a velocity for the social period that begins, and hand it to the bodies."""
+        _people_step(
+            self.people,
+            self.robots,
+            self.place,
+            self._force,
+            self._reactions,
+            self._recording,
+            self._key,
+            step,
+            self._clock.social_s,
+        )
+        people = self.people
+        xs, ys = people["x"].tolist(), people["y"].tolist()
+        vxs, vys = people["vx"].tolist(), people["vy"].tolist()
+        for i, status in enumerate(people["status"].tolist()):
+            body = self._person_bodies[i]
+            if status == PRESENT:
+                if not self._is_placed[i]:
+                    body.position = xs[i], ys[i]
+                    self._is_placed[i] = True
+                body.velocity = vxs[i], vys[i]
+            elif self._is_placed[i]:
+                self._park(i, body)
+
+    def _catch_up(self, physics_steps: int) -> None:
+        """Move the people's records to the moment of a contact within a social period."""
+        elapsed_s = physics_steps * self._clock.physics_s
+        present = self.people["status"] == PRESENT
+        for axis in ("x", "y"):
+            self.people[axis][present] += self.people[f"v{axis}"][present] * elapsed_s
+
+    def _on_contact(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
+        """Note the first contact; of several in one step, the person of the lowest index."""
+        other = next(s for s in arbiter.shapes if s.collision_type != _ROBOT)
+        person = self._index[other.body] if other.collision_type == _PERSON else -1
+        known = math.inf if self.contact is None or self.contact.person < 0 else self.contact.person
+        if self.contact is None or 0 <= person < known:
+            self.contact = Contact(person)
+
+    def _add_body(self, radius_m: float, mass_kg: float, kind: int) -> pymunk.Body:
+        """Add a disc to the space; people meet only the robot, their forces keep them from the rest."""
+        body = pymunk.Body(mass_kg, pymunk.moment_for_circle(mass_kg, 0.0, radius_m))
+        shape = pymunk.Circle(body, radius_m)
+        shape.collision_type = kind
+        if kind == _PERSON:
+            shape.filter = pymunk.ShapeFilter(categories=0b10, mask=0b01)
+        else:
+            shape.filter = pymunk.ShapeFilter(categories=0b01)
+        self._space.add(body, shape)
+        return body
+
+    def _park(self, i: int, body: pymunk.Body) -> None:
+        body.position = _AWAY + 10.0 * i, _AWAY
+        body.velocity = 0.0, 0.0
+        self._is_placed[i] = False
+
+    def _build_walls(self, place: Place) -> None:
+        self._space.remove(*self._wall_shapes)
+        static = self._space.static_body
+        self._wall_shapes = [
+            pymunk.Segment(static, (x1, y1), (x2, y2), 0.0) for x1, y1, x2, y2 in place.walls
+        ]
+        for shape in self._wall_shapes:
+            shape.collision_type = _WALL
+            shape.filter = pymunk.ShapeFilter(categories=0b100)
+        self._space.add(*self._wall_shapes)

@@ -1,0 +1,191 @@
+"""The main job: several policies over the same scenarios, in parallel, resumable.
+
+Episodes are worked off in blocks; a block's rows depend on nothing but the block, so that neither
+the number of workers nor an interruption changes a number.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import multiprocessing
+import os
+import signal
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import NamedTuple
+
+import pandas as pd
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from hazbot_gym.errors import HazbotError
+from hazbot_gym.policies.base import make as make_policy
+from hazbot_gym.study import provenance, records
+from hazbot_gym.study.config import StudyConfig
+from hazbot_gym.study.rollout import Block, make_env, playable, run_block
+from hazbot_gym.study.summary import Summary, summarise
+
+
+class Shard(NamedTuple):
+    """A block of episodes and the file that holds, or will hold, its rows."""
+
+    block: Block
+    path: Path
+    stamp: str
+
+    def read(self) -> pd.DataFrame | records.Missing:
+        """Return the rows, or why they are missing."""
+        return records.read_rows(self.path, rows=self.block.episodes, stamp=self.stamp)
+
+
+def run_study(
+    study: StudyConfig, out: Path, *, workers: int | None = None, console: Console | None = None
+) -> Summary:
+    """Run what is missing of a study, write its files into ``out`` and return its summary.
+
+    Args:
+        study: what to run.
+        out: folder of the results, new, empty or this study's own.
+        workers: number of processes; None for one a core.
+        console: where progress goes; None for nowhere.
+
+    Raises:
+        InvalidInput: something about the study or the folder is not usable; nothing was written.
+    """
+    console = console or Console(quiet=True)
+    records.claim(out, study.identity())
+    rehearse(study)
+    shards = list(plan(study, out))
+    missing = _missing(shards, console)
+    if missing or not (out / records.MANIFEST).exists():
+        records.write_json(out / records.MANIFEST, manifest(study))
+    _run(missing, workers=workers or os.cpu_count() or 1, console=console)
+    rows = pd.concat([_read(shard) for shard in shards], ignore_index=True)
+    summary = summarise(rows, study)
+    records.write_episodes(out / records.EPISODES, rows)
+    records.write_json(out / records.SUMMARY, summary)
+    records.sweep(out)
+    return summary
+
+
+def plan(study: StudyConfig, out: Path) -> Iterator[Shard]:
+    """Yield the shards of a study, all policies of a scenario set next to each other."""
+    common = provenance.stamp(study.tracks)
+    stamps = {policy: common + _own_source(policy) for policy in study.policies}
+    for scenarios in study.all_sets:
+        for policy in study.policies:
+            for first in range(0, study.episodes, study.episodes_per_shard):
+                count = min(study.episodes_per_shard, study.episodes - first)
+                block = Block(policy, scenarios, first, count, study.seed, study.ssm)
+                yield Shard(block, out / records.SHARDS / _file_name(block), stamps[policy])
+
+
+def rehearse(study: StudyConfig) -> None:
+    """Take one decision with every policy in every set, so that bad input shows before any work.
+
+    It also compiles the kernels once, before the workers load them from the cache.
+
+    Raises:
+        InvalidInput: a policy or an environment cannot be made, or they do not fit each other.
+    """
+    made = [make_policy(policy) for policy in study.policies]
+    for scenarios in study.all_sets:
+        env = make_env(scenarios)
+        observation, _ = env.reset(seed=study.seed)
+        for policy in made:
+            action, _ = policy.predict(observation, deterministic=True)
+        env.step(playable(action, env))
+        env.close()
+
+
+def manifest(study: StudyConfig) -> dict[str, object]:
+    """Return where a study's numbers come from."""
+    return {
+        "study": study.identity(),
+        "config": study.model_dump(mode="json"),
+        "ssm_profile": study.ssm.profile(),
+        "seed": study.seed,
+        "versions": provenance.versions(),
+        "commit": provenance.commit(),
+        "machine": provenance.machine(),
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+
+
+def _missing(shards: list[Shard], console: Console) -> list[Shard]:
+    """Return the shards that have to be run, saying what is kept and what is run again."""
+    states = [(shard, shard.read()) for shard in shards]
+    missing = [shard for shard, state in states if isinstance(state, records.Missing)]
+    reasons = Counter(state.reason for _, state in states if isinstance(state, records.Missing))
+    if len(missing) < len(shards):
+        console.print(f"{len(shards) - len(missing)} of {len(shards)} shards are done already")
+    if reasons["damaged"]:
+        console.print(f"{reasons['damaged']} damaged shards are run again")
+    if reasons["outdated"]:
+        console.print(f"{reasons['outdated']} shards of other code or data are run again")
+    return missing
+
+
+def _run(shards: list[Shard], *, workers: int, console: Console) -> None:
+    """Run shards in parallel processes and write each as soon as it is done."""
+    if not shards:
+        return
+    # Spawned processes start from nothing, the same way on every system; Ctrl-C ends them quietly.
+    pool = ProcessPoolExecutor(
+        min(workers, len(shards)),
+        mp_context=multiprocessing.get_context("spawn"),
+        initializer=signal.signal,
+        initargs=(signal.SIGINT, signal.SIG_DFL),
+    )
+    try:
+        with _progress(console) as progress:
+            task = progress.add_task(
+                "episodes", total=sum(shard.block.episodes for shard in shards)
+            )
+            running = {pool.submit(run_block, shard.block): shard for shard in shards}
+            for future in as_completed(running):
+                shard = running[future]
+                records.write_rows(shard.path, future.result(), shard.stamp)
+                progress.advance(task, shard.block.episodes)
+    except BrokenProcessPool as error:
+        raise HazbotError("a worker process was ended from outside; run again to go on") from error
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _progress(console: Console) -> Progress:
+    """Return a progress bar, silent where nobody watches."""
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    return Progress(
+        *columns, TimeRemainingColumn(), console=console, disable=not console.is_terminal
+    )
+
+
+def _read(shard: Shard) -> pd.DataFrame:
+    rows = shard.read()
+    if isinstance(rows, records.Missing):
+        raise OSError(f"{shard.path} was {rows.reason} right after it was written")
+    return rows
+
+
+def _own_source(policy: str) -> str:
+    """Return the digest of the source file of a user's own policy, nothing for a built-in one."""
+    try:
+        source = Path(inspect.getfile(type(make_policy(policy))))
+    except (OSError, TypeError):  # made of something that has no file
+        return ""
+    built_in = source.is_relative_to(provenance.PACKAGE)
+    return "" if built_in else "+" + provenance.digest(source)[:16]
+
+
+def _file_name(block: Block) -> str:
+    """Return a name that shows policy, set and first episode, and is unique beyond that."""
+    text = f"{block.policy}--{block.scenarios.name}--{block.first:05d}"
+    shown = "".join(letter if letter.isalnum() or letter in "-." else "_" for letter in text)
+    unique = hashlib.sha256(text.encode()).hexdigest()[:8]
+    return f"{shown}--{unique}.parquet"

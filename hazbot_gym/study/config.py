@@ -1,0 +1,164 @@
+"""What a study consists of: policies, scenario sets, how many episodes, which thresholds.
+
+A study file (``configs/*.yaml``) holds deltas on the defaults below. Two studies with equal values
+are the same study, wherever and with however many workers they run.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated, Any
+
+import yaml
+from annotated_types import Ge, Gt, Lt, MinLen
+from pydantic import Field, ValidationError, field_validator
+
+from hazbot_gym.config import Section, first_error, read_yaml
+from hazbot_gym.envs.registration import NAMESPACE
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.study.metrics import SsmThresholds
+
+
+class ScenarioSet(Section):
+    """A named family of scenarios: an environment, and the config values that differ in it.
+
+    The name enters the seeds of the set's episodes, so that adding a set moves no other.
+    """
+
+    name: Annotated[str, MinLen(1)]
+    env: str
+    overrides: dict[str, Any] = Field(default_factory=dict)
+
+
+def _preset(name: str) -> ScenarioSet:
+    return ScenarioSet(name=name, env=f"{NAMESPACE}/{name}-v0")
+
+
+def _paper(name: str) -> ScenarioSet:
+    return ScenarioSet(name=name, env=f"{NAMESPACE}/Corridor-v0", overrides={"scenario": name})
+
+
+PAPER_SETS = tuple(_paper(name) for name in ("E*", "E5.5", "C*", "C90"))
+PATTERN_SETS = tuple(
+    _preset(name) for name in ("Crossing", "Encountering", "Leading", "Confronting")
+)
+PLACE_SETS = tuple(_preset(name) for name in ("Circle", "Intersection", "Doorway", "Aisle"))
+DEFAULT_SETS = (*PAPER_SETS, *PATTERN_SETS, _preset("Corridor"), *PLACE_SETS)
+DEFAULT_POLICIES = (
+    "fuzzy_expert:rules=complete32",
+    "fuzzy_expert:rules=literal8",
+    "constant:0.25",
+    "constant:0.5",
+    "constant:0.75",
+    "constant:1.0",
+)
+
+
+def track_sets(folder: Path) -> tuple[ScenarioSet, ...]:
+    """Return the two sets among real people: walking as recorded, and recorded but reacting."""
+    return tuple(
+        ScenarioSet(
+            name=f"real people, {model}",
+            env=f"{NAMESPACE}/Replay-v0",
+            overrides={"tracks": str(folder), "people": {"model": model}},
+        )
+        for model in ("replay", "seeded")
+    )
+
+
+class StudyConfig(Section):
+    """All that decides the numbers of a study; how it is run (workers, folder) is not in here."""
+
+    policies: Annotated[tuple[str, ...], MinLen(1)] = DEFAULT_POLICIES
+    reference: str | None = None  # policy that the others are compared with; None: the first
+    sets: Annotated[tuple[ScenarioSet, ...], MinLen(1)] = DEFAULT_SETS
+    tracks: Path | None = None  # folder of real tracks; adds the two sets among real people
+    episodes: Annotated[int, Ge(1)] = 100  # of every policy in every set
+    episodes_per_shard: Annotated[int, Ge(1)] = 25  # what an interruption may cost
+    seed: Annotated[int, Ge(0)] = 0
+    confidence: Annotated[float, Gt(0), Lt(1)] = 0.95  # nominal coverage of the intervals
+    resamples: Annotated[int, Ge(100)] = 2000  # of the bootstrap
+    ssm: SsmThresholds = SsmThresholds()
+
+    @field_validator("sets", mode="before")
+    @classmethod
+    def _names_stand_for_default_sets(cls, sets: Any) -> Any:
+        known = {default.name: default for default in DEFAULT_SETS}
+        if not isinstance(sets, list | tuple):
+            return sets
+        unknown = [item for item in sets if isinstance(item, str) and item not in known]
+        if unknown:
+            raise ValueError(f"given {unknown[0]!r}, allowed are {', '.join(known)} or mappings")
+        return tuple(known[item] if isinstance(item, str) else item for item in sets)
+
+    @field_validator("policies", "sets")
+    @classmethod
+    def _no_two_are_alike(cls, items: tuple[Any, ...]) -> tuple[Any, ...]:
+        names = [getattr(item, "name", item) for item in items]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise ValueError(f"given {twice!r} twice, allowed is every name once")
+        return items
+
+    @property
+    def all_sets(self) -> tuple[ScenarioSet, ...]:
+        """The sets to run: the declared ones, and those among real people if there are tracks."""
+        return self.sets + (track_sets(self.tracks) if self.tracks else ())
+
+    @property
+    def reference_policy(self) -> str:
+        """The policy that the others are compared with."""
+        return self.reference or self.policies[0]
+
+    def identity(self) -> str:
+        """Return a hash that two studies share if and only if their values are equal."""
+        text = json.dumps(self.model_dump(mode="json"), sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def load_study(path: Path | None = None, **changes: Any) -> StudyConfig:
+    """Return the default study with a file's deltas and then the given changes applied.
+
+    Raises:
+        InvalidInput: the file cannot be read or a value is not allowed; one line.
+    """
+    values = read_yaml(path) if path else {}
+    values |= {name: value for name, value in changes.items() if value is not None}
+    for name in values.keys() - StudyConfig.model_fields.keys():
+        allowed = ", ".join(StudyConfig.model_fields)
+        raise InvalidInput(f"{name}: unknown key, allowed are {allowed}")
+    try:
+        study = StudyConfig.model_validate(values)
+    except ValidationError as error:
+        raise InvalidInput(first_error(error)) from error
+    if study.reference_policy not in study.policies:
+        allowed = ", ".join(study.policies)
+        raise InvalidInput(f"reference: given {study.reference!r}, allowed are {allowed}")
+    if study.tracks and not study.tracks.exists():
+        raise InvalidInput(f"tracks: given {str(study.tracks)!r}, which does not exist")
+    return study
+
+
+def parse_overrides(changes: Iterable[str]) -> dict[str, Any]:
+    """Return ``people.count=4`` and the like as nested config values, each value read as YAML.
+
+    Raises:
+        InvalidInput: a change has no name or value, or contradicts another one.
+    """
+    overrides: dict[str, Any] = {}
+    for change in changes:
+        name, equals, text = change.partition("=")
+        *groups, field = name.split(".")
+        inner: Any = overrides
+        for group in groups:
+            inner = inner.setdefault(group, {}) if isinstance(inner, dict) else None
+        if not (equals and field and isinstance(inner, dict)):
+            raise InvalidInput(f"set: cannot use {change!r}; give key=value or group.key=value")
+        try:
+            inner[field] = yaml.safe_load(text)
+        except yaml.YAMLError as error:
+            raise InvalidInput(f"set: the value of {change!r} is not readable YAML") from error
+    return overrides

@@ -1,0 +1,238 @@
+"""What one recorded episode is worth: a flat row of named numbers, the unit in each name.
+
+Formulas and sources stand in the docstrings. Symbols: time step dt, robot speed v, acceleration
+a = dv/dt, jerk j = da/dt, clearance c_i (surface to surface) and centre distance d_i of person i,
+time T, free time T_free. Sums run over the decision instants after the start, the last included.
+
+These are proxies of safety and comfort. Nobody was asked how a drive felt.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from annotated_types import Ge, Gt
+
+from hazbot_gym.core.proxemics import PERSONAL_M
+from hazbot_gym.core.state import Floats
+from hazbot_gym.task.outcome import MOVING_MPS
+
+# Columns of ``Episode.people``.
+X, Y, VX, VY, RADIUS = range(5)
+
+Row = dict[str, float | int | str]
+
+
+class Episode(NamedTuple):
+    """One recorded episode: T + 1 decision instants, the start included, and T decisions.
+
+    Attributes:
+        time_s: (T + 1,) simulated time [s].
+        pose: (T + 1, 3) x [m], y [m], heading [rad] of the robot.
+        speed_mps: (T + 1,) actual speed along the heading [m/s].
+        command_mps: (T + 1,) speed that the policy asked for [m/s].
+        pose_error: (T + 1, 3) x_e [m], y_e [m], theta_e [rad], actual minus reference, robot frame.
+        people: (T + 1, K, 5) x, y [m], vx, vy [m/s] and radius [m] of everybody present, in no
+            particular order; NaN where fewer than K are.
+        rewards: (T,) reward of each decision.
+        reward_terms: unweighted terms of the reward, (T,) each.
+        costs: (T,) safety cost of each decision.
+        outcome: ``arrived``, ``contact_person``, ``contact_wall`` or ``timeout``.
+        contact_caused_by: ``robot``, ``person`` or empty.
+        contact_speed_mps: relative speed at the contact [m/s], NaN without one.
+        time_free_s: time of the same path without people under the same drive limits [s].
+        horizon_s: time at which an episode is cut off [s].
+        robot_radius_m: radius of the robot [m].
+    """
+
+    time_s: Floats
+    pose: Floats
+    speed_mps: Floats
+    command_mps: Floats
+    pose_error: Floats
+    people: Floats
+    rewards: Floats
+    reward_terms: dict[str, Floats]
+    costs: Floats
+    outcome: str
+    contact_caused_by: str
+    contact_speed_mps: float
+    time_free_s: float
+    horizon_s: float
+    robot_radius_m: float
+
+
+class SsmThresholds(NamedTuple):
+    """Parameters of the protective separation distance; numbers of two profiles never mix."""
+
+    braking_mps2: Annotated[float, Gt(0)] = 1.0  # a, the drive's own slew limit
+    reaction_s: Annotated[float, Ge(0)] = 0.1  # T_r, one decision period
+    intrusion_m: Annotated[float, Ge(0)] = 0.45  # C, Hall's intimate zone
+    uncertainty_m: Annotated[float, Ge(0)] = 0.1  # Z, position of robot and person together
+    approach_mps: Annotated[float, Ge(0)] = 1.6  # v_h, walking speed of ISO 13855 if not measured
+
+    def profile(self) -> str:
+        """Return a short signature of these numbers, stored with every row measured by them."""
+        text = ",".join(f"{name}={value!r}" for name, value in self._asdict().items())
+        return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+
+def protective_distance(v: Floats, ssm: SsmThresholds) -> Floats:
+    """Return the separation S_p [m] below which a robot at speed v should not be moving.
+
+    ``S_p = v_h (T_r + v/a) + v T_r + v^2 / (2 a) + C + Z``
+
+    Speed and separation monitoring of ISO/TS 15066 with constant braking a; formula after Marvel
+    and Norcross (2017), Implementing speed and separation monitoring in collaborative robot
+    workcells.
+    """
+    a, t_r, v_h = ssm.braking_mps2, ssm.reaction_s, ssm.approach_mps
+    stopping = v * t_r + v**2 / (2 * a)
+    return v_h * (t_r + v / a) + stopping + ssm.intrusion_m + ssm.uncertainty_m
+
+
+def measure(episode: Episode, ssm: SsmThresholds) -> Row:
+    """Return all metrics of an episode as one flat row."""
+    return {
+        **_end(episode),
+        **_duration(episode),
+        **_nearness(episode),
+        **_separation(episode, ssm),
+        **_smoothness(episode),
+        **_tracking(episode),
+        **_reward(episode),
+        "ssm_profile": ssm.profile(),
+    }
+
+
+def distances(episode: Episode) -> Floats:
+    """Return the centre distance d_i [m] to everybody, (T + 1, K), infinite where nobody is."""
+    if episode.people.shape[1] == 0:
+        return np.full((len(episode.time_s), 1), np.inf)
+    offset = episode.people[..., [X, Y]] - episode.pose[:, None, :2]
+    return np.nan_to_num(np.hypot(offset[..., 0], offset[..., 1]), nan=np.inf)
+
+
+def clearances(episode: Episode) -> Floats:
+    """Return the clearance c_i = d_i - R - R_i [m] to everybody, infinite where nobody is."""
+    if episode.people.shape[1] == 0:
+        return distances(episode)
+    radii = np.nan_to_num(episode.people[..., RADIUS])
+    return distances(episode) - episode.robot_radius_m - radii
+
+
+def _end(episode: Episode) -> Row:
+    """Measure how it ended: arrival, contact and its cause, timeout.
+
+    A contact is robot-caused if the robot drove and closed in faster than the person did; the world
+    decides that when it happens (SEAN 2.0 and HuNavSim tell the two apart in the same way). The
+    robot was passive if it stood at the last instant before (Alami, Simeon and Krishna 2002).
+    """
+    contact = episode.outcome.startswith("contact")
+    with_person = episode.outcome == "contact_person"
+    stood = bool(abs(episode.speed_mps[-2:][0]) <= MOVING_MPS)
+    return {
+        "outcome": episode.outcome,
+        "arrived": int(episode.outcome == "arrived"),
+        "timeout": int(episode.outcome == "timeout"),
+        "contact_robot_caused": int(with_person and episode.contact_caused_by == "robot"),
+        "contact_person_caused": int(with_person and episode.contact_caused_by == "person"),
+        "contact_wall": int(episode.outcome == "contact_wall"),
+        "contact_passive": float(stood) if contact else float("nan"),
+        "contact_speed_mps": episode.contact_speed_mps,
+    }
+
+
+def _duration(episode: Episode) -> Row:
+    """Measure time ratio and success weighted by time.
+
+    ``time_ratio = T / T_free``, with T the horizon for everyone who does not arrive: a drive that a
+    contact cuts short is not a quick one. ``stl = success * T_free / max(T, T_free)``.
+    """
+    time = float(episode.time_s[-1] - episode.time_s[0])
+    arrived = episode.outcome == "arrived"
+    counted = time if arrived else episode.horizon_s
+    free = episode.time_free_s
+    return {
+        "steps": len(episode.rewards),
+        "time_s": time,
+        "time_free_s": free,
+        "time_ratio": counted / free,
+        "stl": float(arrived) * free / max(time, free),
+    }
+
+
+def _nearness(episode: Episode) -> Row:
+    """Measure least distance and clearance, intrusion and kinetic intrusion.
+
+    ``intrusion = sum_t sum_i max(1.2 - c_i, 0) dt`` and
+    ``kinetic intrusion = sum_t sum_i |v| max(1.2 - c_i, 0) dt``, with Hall's 1.2 m. The first
+    blames a robot that waits beside a passing person, the second only one that drives there. Read
+    the second beside the time ratio: alone it rewards standing still. Infinite distances: nobody
+    ever came.
+    """
+    c = clearances(episode)
+    dt = np.diff(episode.time_s)
+    depth = np.maximum(PERSONAL_M - c[1:], 0.0).sum(axis=1)
+    return {
+        "clearance_min_m": float(c.min()),
+        "distance_min_m": float(distances(episode).min()),
+        "intrusion_m_s": float(depth @ dt),
+        "kinetic_intrusion_m2": float((np.abs(episode.speed_mps[1:]) * depth) @ dt),
+    }
+
+
+def _separation(episode: Episode, ssm: SsmThresholds) -> Row:
+    """Measure speed and separation monitoring over the steps in which the robot moves.
+
+    ``ssm_violation`` is the share of moving steps with c < S_p(v), c being the least clearance, and
+    ``ssm_shortfall_m`` the mean of max(S_p - c, 0) over them; both 0 if the robot never moves.
+    """
+    v = np.abs(episode.speed_mps[1:])
+    moving = v > MOVING_MPS
+    if not moving.any():
+        return {"ssm_violation": 0.0, "ssm_shortfall_m": 0.0}
+    nearest = clearances(episode)[1:].min(axis=1)[moving]
+    shortfall = np.maximum(protective_distance(v[moving], ssm) - nearest, 0.0)
+    return {
+        "ssm_violation": float((shortfall > 0).mean()),
+        "ssm_shortfall_m": float(shortfall.mean()),
+    }
+
+
+def _smoothness(episode: Episode) -> Row:
+    """Measure the root mean squares of acceleration and jerk, by differences of the speed.
+
+    ``a_k = (v_k+1 - v_k) / dt``, ``j_k = (a_k+1 - a_k) / dt``; 0 where an episode is too short.
+    """
+    dt = np.diff(episode.time_s)
+    a = np.diff(episode.speed_mps) / dt
+    j = np.diff(a) / dt[1:]
+    return {"rms_acceleration_mps2": _rms(a), "rms_jerk_mps3": _rms(j)}
+
+
+def _tracking(episode: Episode) -> Row:
+    """Measure cross-track error, RMS and largest, and RMS heading error.
+
+    The pose error is given in the robot's frame; turned by theta_e into the reference's frame, its
+    lateral part is the cross-track error: ``e = x_e sin(theta_e) + y_e cos(theta_e)``.
+    """
+    x_e, y_e, theta_e = episode.pose_error[1:].T
+    cross_track = x_e * np.sin(theta_e) + y_e * np.cos(theta_e)
+    return {
+        "cross_track_rms_m": _rms(cross_track),
+        "cross_track_max_m": float(np.abs(cross_track).max()),
+        "heading_error_rms_rad": _rms(theta_e),
+    }
+
+
+def _reward(episode: Episode) -> Row:
+    """Sum up the return, every unweighted reward term, and the cost, undiscounted."""
+    terms = {f"reward_{name}": float(values.sum()) for name, values in episode.reward_terms.items()}
+    return {"return": float(episode.rewards.sum()), **terms, "cost": float(episode.costs.sum())}
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0

@@ -1,0 +1,137 @@
+"""The files of a study: whole or absent, never half-written, and never mixed up with another's.
+
+    OUT/manifest.json     what is run: config, seeds, versions, commit, start time
+    OUT/shards/*.parquet  rows of one policy in one set, a block of episodes each
+    OUT/episodes.parquet  all rows
+    OUT/summary.json      means and intervals, byte for byte the same for the same study
+
+Every file is written beside its final name and then renamed. Each shard carries a stamp of all that
+its numbers depend on beyond the config (code, versions, tracks); a shard with another stamp is run
+again, and so is one that cannot be read.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from hazbot_gym.errors import InvalidInput, MissingExtra
+from hazbot_gym.study.metrics import Row
+
+try:
+    import pandas as pd
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+except ImportError as error:
+    raise MissingExtra(error.name or "pandas", "study") from error
+
+MANIFEST, SHARDS, EPISODES, SUMMARY = "manifest.json", "shards", "episodes.parquet", "summary.json"
+_STAMP = b"hazbot_stamp"
+
+
+class Missing(NamedTuple):
+    """Why a shard has to be run: ``absent``, ``damaged`` or ``outdated``."""
+
+    reason: str
+
+
+def claim(folder: Path, identity: str) -> None:
+    """Check that a folder is new, empty or this study's own; touch nothing.
+
+    Raises:
+        InvalidInput: the folder holds another study or foreign files, or is no folder.
+    """
+    if not folder.exists():
+        return
+    if not folder.is_dir():
+        raise InvalidInput(
+            f"out: given {str(folder)!r}, which is a file; give a new or empty folder"
+        )
+    if not any(folder.iterdir()):
+        return
+    found = _identity(folder / MANIFEST)
+    if found is None:
+        raise InvalidInput(
+            f"out: {str(folder)!r} holds files that are no study's; give a new or empty folder"
+        )
+    if found != identity:
+        raise InvalidInput(
+            f"out: {str(folder)!r} holds another study ({found}, this one is {identity}); "
+            "give another --out, or remove that folder"
+        )
+
+
+def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
+    """Let ``write`` fill a file beside ``path``, then rename it: readers see all of it or none."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".tmp")
+    except OSError as error:
+        raise InvalidInput(f"out: cannot write {str(path)!r}: {error.strerror}") from error
+    os.close(handle)
+    beside = Path(name)
+    try:
+        write(beside)
+        beside.chmod(0o644)
+        beside.replace(path)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def write_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Write JSON with sorted keys; a number that is not finite must have become ``None`` before."""
+    text = json.dumps(content, indent=2, sort_keys=True, allow_nan=False, ensure_ascii=False)
+    write_atomically(path, lambda beside: _write_text(beside, text + "\n"))
+
+
+def write_rows(path: Path, rows: list[Row], stamp: str) -> None:
+    """Write rows as parquet with checksums and a stamp."""
+    table = pa.Table.from_pylist(rows)
+    table = table.replace_schema_metadata({_STAMP: stamp.encode()})
+    write_atomically(path, lambda beside: pq.write_table(table, beside, write_page_checksum=True))
+
+
+def write_episodes(path: Path, rows: pd.DataFrame) -> None:
+    """Write the rows of a whole study as parquet."""
+    write_atomically(path, lambda beside: rows.to_parquet(beside, index=False))
+
+
+def read_rows(path: Path, *, rows: int, stamp: str) -> pd.DataFrame | Missing:
+    """Return the rows of a shard, or why it has to be run again.
+
+    Args:
+        path: the shard.
+        rows: number of rows of a complete one.
+        stamp: what it must be stamped with.
+    """
+    if not path.exists():
+        return Missing("absent")
+    try:
+        table = pq.read_table(path, page_checksum_verification=True)
+    except (pa.ArrowException, OSError):
+        return Missing("damaged")
+    if (table.schema.metadata or {}).get(_STAMP) != stamp.encode():
+        return Missing("outdated")
+    return table.to_pandas() if table.num_rows == rows else Missing("damaged")
+
+
+def sweep(folder: Path) -> None:
+    """Remove what a killed run left half-written."""
+    for leftover in [*folder.glob(".*.tmp"), *(folder / SHARDS).glob(".*.tmp")]:
+        leftover.unlink(missing_ok=True)
+
+
+def _identity(manifest: Path) -> str | None:
+    try:
+        identity = json.loads(manifest.read_text(encoding="utf-8"))["study"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return identity if isinstance(identity, str) else None
+
+
+def _write_text(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8")

@@ -1,0 +1,197 @@
+"""One policy in one environment: episodes recorded from the true state, measured to rows."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+
+from hazbot_gym.core.state import Floats, Records
+from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies.base import Policy
+from hazbot_gym.policies.base import make as make_policy
+from hazbot_gym.study.config import ScenarioSet
+from hazbot_gym.study.metrics import Episode, Row, SsmThresholds, measure
+from hazbot_gym.task.places import ROBOT_RADIUS_M
+
+_PERSON_COLUMNS = ("x", "y", "vx", "vy", "radius")
+
+
+class Block(NamedTuple):
+    """Some consecutive episodes of one policy in one scenario set: the unit of work of a study."""
+
+    policy: str
+    scenarios: ScenarioSet
+    first: int
+    episodes: int
+    seed: int
+    ssm: SsmThresholds = SsmThresholds()
+
+
+def evaluate(
+    policy: str,
+    env_id: str,
+    *,
+    episodes: int,
+    seed: int = 0,
+    overrides: Mapping[str, Any] | None = None,
+) -> list[Row]:
+    """Run a policy for some episodes and return one row of metrics each.
+
+    Args:
+        policy: built-in name with options (``constant:0.5``) or ``module:attribute``.
+        env_id: id of a hazbot_gym environment.
+        episodes: number of episodes.
+        seed: root of the seeds of all episodes. The same root, environment and named scenario meet
+            the same episodes as in ``hazbot study``.
+        overrides: config values that differ from the environment's own.
+
+    Raises:
+        InvalidInput: one of the arguments is not usable.
+    """
+    if episodes < 1:
+        raise InvalidInput(f"episodes: given {episodes}, allowed is 1 or more")
+    if seed < 0:
+        raise InvalidInput(f"seed: given {seed}, allowed is 0 or more")
+    changes = dict(overrides or {})
+    preset = env_id.rsplit("/", 1)[-1].rsplit("-v", 1)[0]
+    name = str(changes.get("scenario") or preset)
+    scenarios = ScenarioSet(name=name, env=env_id, overrides=changes)
+    return run_block(Block(policy, scenarios, first=0, episodes=episodes, seed=seed))
+
+
+def run_block(block: Block) -> list[Row]:
+    """Run a block of episodes and return their rows; depends on nothing but the block."""
+    policy = make_policy(block.policy)
+    env = make_env(block.scenarios)
+    rows = []
+    for index in range(block.first, block.first + block.episodes):
+        seed = episode_seed(block.seed, block.scenarios.name, index)
+        head: Row = {
+            "policy": block.policy,
+            "scenario_set": block.scenarios.name,
+            "env": block.scenarios.env,
+            "episode": index,
+            "seed": seed,
+        }
+        episode, labels = run_episode(env, policy, seed)
+        rows.append({**head, **labels, **measure(episode, block.ssm)})
+    env.close()
+    return rows
+
+
+def run_episode(env: gymnasium.Env[Any, Any], policy: Policy, seed: int) -> tuple[Episode, Row]:
+    """Run one episode and return its record, and the labels of its scenario (key and place)."""
+    observation, start = env.reset(seed=seed)
+    state, episode_start = None, np.array([True])
+    snapshots, steps = [env.unwrapped.snapshot()], []  # type: ignore[attr-defined]
+    done = False
+    while not done:
+        action, state = policy.predict(
+            observation, state=state, episode_start=episode_start, deterministic=True
+        )
+        observation, reward, terminated, truncated, info = env.step(playable(action, env))
+        snapshots.append(env.unwrapped.snapshot())  # type: ignore[attr-defined]
+        steps.append((float(reward), info))
+        episode_start = np.array([False])
+        done = terminated or truncated
+    labels: Row = {"scenario_key": str(start["scenario_key"]), "place": start["place"]}
+    return _record(env, snapshots, steps, time_free_s=start["time_free_s"]), labels
+
+
+def make_env(scenarios: ScenarioSet) -> gymnasium.Env[Any, Any]:
+    """Make the environment of a scenario set.
+
+    Raises:
+        InvalidInput: there is no such environment, it is not one of this project's, or a config
+            value is not allowed.
+    """
+    try:
+        env = gymnasium.make(scenarios.env, **scenarios.overrides)
+    except (gymnasium.error.Error, ModuleNotFoundError) as error:
+        raise InvalidInput(_unknown_env(scenarios.env)) from error
+    if not hasattr(env.unwrapped, "snapshot"):
+        raise InvalidInput(_unknown_env(scenarios.env))
+    return env
+
+
+def episode_seed(root: int, name: str, index: int) -> int:
+    """Return the reset seed of one episode of a scenario set, independent of all others."""
+    key = (zlib.crc32(name.encode()), index)
+    return int(np.random.SeedSequence(root, spawn_key=key).generate_state(1)[0])
+
+
+def playable(action: npt.NDArray[Any], env: gymnasium.Env[Any, Any]) -> Any:
+    """Return an action that fits the environment: the nearest level where it has levels."""
+    space = env.action_space
+    if not isinstance(space, gymnasium.spaces.Discrete):
+        return action
+    value = np.asarray(action).reshape(-1)[0]
+    if np.issubdtype(value.dtype, np.integer):
+        return int(value)
+    top = int(space.n) - 1
+    return int(np.clip(np.rint((value + 1) / 2 * top), 0, top))
+
+
+def environment_ids() -> list[str]:
+    """Return the ids of this project's environments."""
+    return [f"{NAMESPACE}/{name}" for name in ENVIRONMENTS]
+
+
+def _record(
+    env: gymnasium.Env[Any, Any],
+    snapshots: list[Any],
+    steps: list[tuple[float, dict[str, Any]]],
+    *,
+    time_free_s: float,
+) -> Episode:
+    """Turn what was seen at each instant into arrays."""
+    config = env.unwrapped.config  # type: ignore[attr-defined]
+    last = steps[-1][1]
+    infos = [info for _, info in steps]
+
+    def column(*fields: str) -> Floats:
+        return np.array([[getattr(s, field) for field in fields] for s in snapshots], dtype=float)
+
+    return Episode(
+        time_s=column("time_s")[:, 0],
+        pose=column("x", "y", "theta"),
+        speed_mps=column("speed_mps")[:, 0],
+        command_mps=column("command_mps")[:, 0],
+        pose_error=column("x_e", "y_e", "theta_e"),
+        people=_people([snapshot.people for snapshot in snapshots]),
+        rewards=np.array([reward for reward, _ in steps]),
+        reward_terms={
+            name: np.array([info["reward_terms"][name] for info in infos])
+            for name in last["reward_terms"]
+        },
+        costs=np.array([info["cost"] for info in infos], dtype=float),
+        outcome=last["outcome"],
+        contact_caused_by=last.get("contact_caused_by", ""),
+        contact_speed_mps=float(last.get("contact_speed_mps", np.nan)),
+        time_free_s=float(time_free_s),
+        horizon_s=config.max_episode_steps * config.clock.decision_s,
+        robot_radius_m=ROBOT_RADIUS_M,
+    )
+
+
+def _people(present: list[Records]) -> Floats:
+    """Stack the people of all instants, (T + 1, K, 5), with NaN where fewer than K are present."""
+    counts = np.array([len(people) for people in present])
+    together = np.concatenate(present)
+    instants = np.repeat(np.arange(len(present)), counts)
+    slots = np.arange(len(together)) - np.repeat(np.cumsum(counts) - counts, counts)
+    stacked = np.full((len(present), int(counts.max()), len(_PERSON_COLUMNS)), np.nan)
+    for column, name in enumerate(_PERSON_COLUMNS):
+        stacked[instants, slots, column] = together[name]
+    return stacked
+
+
+def _unknown_env(env_id: str) -> str:
+    allowed = ", ".join(environment_ids())
+    return f"env: given {env_id!r}, allowed are {allowed}"

@@ -1,0 +1,92 @@
+"""How sure a number is: intervals for rates and means, and differences of paired policies.
+
+All resampling is over scenarios (a deterministic policy has no other source of luck) and takes an
+explicit generator. One draw of scenarios serves every metric and every policy, so that what is
+paired stays paired.
+"""
+
+from __future__ import annotations
+
+from statistics import NormalDist
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from hazbot_gym.core.state import Floats
+
+RESAMPLES = 2000
+
+
+class Estimate(NamedTuple):
+    """A mean with the two ends of its interval; all NaN where there was nothing to average."""
+
+    mean: float
+    low: float
+    high: float
+
+
+def wilson(successes: float, trials: int, *, confidence: float = 0.95) -> Estimate:
+    """Estimate a rate with the interval of Wilson (1927), sound also at 0 and at 100 %.
+
+    ``(p + z^2/2n -+ z sqrt(p (1 - p)/n + z^2/4n^2)) / (1 + z^2/n)``
+    """
+    if trials == 0:
+        return Estimate(np.nan, np.nan, np.nan)
+    z, n, p = NormalDist().inv_cdf(0.5 + confidence / 2), trials, successes / trials
+    centre = p + z**2 / (2 * n)
+    half = z * np.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
+    scale = 1 + z**2 / n
+    low, high = (centre - half) / scale, (centre + half) / scale
+    # Rounding must not leave the rate itself outside its interval at the two ends.
+    return Estimate(p, float(min(max(low, 0.0), p)), float(max(min(high, 1.0), p)))
+
+
+def scenario_draws(
+    strata: npt.ArrayLike, rng: np.random.Generator, *, resamples: int = RESAMPLES
+) -> Floats:
+    """Draw how often each scenario enters each resample: (resamples, n) counts.
+
+    Args:
+        strata: (n,) label of each scenario's set; each set is resampled by itself, at its size.
+        rng: source of the draws.
+        resamples: number of resamples B.
+    """
+    labels = np.asarray(strata)
+    draws = np.zeros((resamples, len(labels)))
+    for label in dict.fromkeys(labels.tolist()):
+        (members,) = np.nonzero(labels == label)
+        fair = np.full(len(members), 1 / len(members))
+        draws[:, members] = rng.multinomial(len(members), fair, size=resamples)
+    return draws
+
+
+def bootstrap_mean(values: npt.ArrayLike, draws: Floats, *, confidence: float = 0.95) -> Estimate:
+    """Estimate a mean with the percentile bootstrap of Efron (1979).
+
+    Args:
+        values: (n,) one number per scenario; NaN marks a scenario in which it is not defined.
+        draws: (B, n) counts from ``scenario_draws``.
+        confidence: nominal coverage of the interval.
+    """
+    value = np.asarray(values, dtype=float)
+    known = np.isfinite(value)
+    if not known.any():
+        return Estimate(np.nan, np.nan, np.nan)
+    weights = draws[:, known]
+    sizes = weights.sum(axis=1)
+    means = (weights @ value[known])[sizes > 0] / sizes[sizes > 0]
+    low, high = np.quantile(means, [(1 - confidence) / 2, (1 + confidence) / 2])
+    return Estimate(float(value[known].mean()), float(low), float(high))
+
+
+def paired_difference(
+    ours: npt.ArrayLike,
+    theirs: npt.ArrayLike,
+    draws: Floats,
+    *,
+    confidence: float = 0.95,
+) -> Estimate:
+    """Estimate the mean of ``ours - theirs``, both (n,) over the same scenarios in one order."""
+    difference: Floats = np.asarray(ours, dtype=float) - np.asarray(theirs, dtype=float)
+    return bootstrap_mean(difference, draws, confidence=confidence)

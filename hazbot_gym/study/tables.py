@@ -1,0 +1,74 @@
+"""Results on the terminal: one block per scenario set, a mean and its interval in every cell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from hazbot_gym.study.summary import Summary
+
+
+class Column(NamedTuple):
+    """How a metric is shown."""
+
+    metric: str
+    title: str
+    scale: float = 1.0
+    digits: int = 2
+
+
+COLUMNS = (
+    Column("arrived", "arrived\n%", 100, 0),
+    Column("timeout", "timeout\n%", 100, 0),
+    Column("contact_robot_caused", "contact\nby robot\n%", 100, 0),
+    Column("contact_person_caused", "contact\nby person\n%", 100, 0),
+    Column("ssm_violation", "SSM\nviolation\n%", 100, 0),
+    Column("kinetic_intrusion_m2", "kinetic\nintrusion\nm²"),
+    Column("time_ratio", "time\nratio"),
+    Column("rms_jerk_mps3", "RMS\njerk\nm/s³"),
+    Column("return", "return", 1, 0),
+)
+
+
+def study_tables(summary: Summary) -> Group:
+    """Return the table of every scenario set, the one of all sets together last."""
+    share = summary["confidence"]
+    note = Text(f"Below each mean its {share:.0%} interval over scenarios.", style="dim")
+    return Group(*(set_table(name, block) for name, block in summary["sets"].items()), note)
+
+
+def set_table(name: str, policies: dict[str, Any]) -> Table:
+    """Return the table of one scenario set, a row for each policy."""
+    episodes = next(iter(policies.values()))["episodes"]
+    table = Table(
+        title=f"{name}: {episodes} episode{'s' if episodes > 1 else ''} a policy",
+        title_justify="left",
+        title_style="bold",
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        expand=True,
+    )
+    table.add_column("policy", overflow="fold", min_width=16)
+    for column in COLUMNS:
+        table.add_column(column.title, justify="right", no_wrap=True)
+    for policy, result in policies.items():
+        # A long name breaks after its colon, since a cell has two lines anyway.
+        shown = policy if len(policy) <= 16 else policy.replace(":", ":\n", 1)
+        table.add_row(shown, *_cells(result["metrics"]))
+    return table
+
+
+def _cells(metrics: dict[str, dict[str, float | None]]) -> Iterator[Text]:
+    for column in COLUMNS:
+        estimate = metrics[column.metric]
+        mean, low, high = (_number(estimate[end], column) for end in ("mean", "low", "high"))
+        yield Text.assemble(mean, "\n", (f"{low}..{high}", "dim"))
+
+
+def _number(value: float | None, column: Column) -> str:
+    return "?" if value is None else f"{value * column.scale:.{column.digits}f}"

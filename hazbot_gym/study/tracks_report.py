@@ -1,0 +1,95 @@
+"""Recordings of walking people as tables on a console, to check a file before it is used."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.markup import escape
+from rich.table import Table
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.task.pattern_events import EVENT_PATTERNS
+from hazbot_gym.task.track_files import find_recordings, read_tracks
+from hazbot_gym.task.track_statistics import Statistics, statistics
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def describe(path: Path, console: Console) -> None:
+    """Print what the recordings of a file or directory hold.
+
+    Raises:
+        InvalidInput: no recording, or some that cannot be read; the others are printed first.
+    """
+    found, faults = {}, []
+    files = find_recordings(path)
+    for file in files:
+        try:
+            recording = read_tracks(file)
+        except InvalidInput as fault:
+            faults.append(str(fault))
+        else:
+            found[recording.name] = statistics(recording)
+    if found:
+        console.print(_people_table(found))
+        console.print(_pattern_table(found))
+    for orphan in _descriptions_without_tables(path, files):
+        console.print(f"note: {escape(orphan.name)} describes no table beside it", style="yellow")
+    for name, numbers in found.items():
+        if numbers.impossible_steps:
+            console.print(
+                f"warning: {escape(name)}: {numbers.impossible_steps} steps faster than 5 m/s",
+                style="yellow",
+            )
+    if faults:
+        raise InvalidInput("; ".join(faults))
+
+
+def _descriptions_without_tables(path: Path, files: list[Path]) -> list[Path]:
+    stems = {file.with_suffix("") for file in files}
+    return [file for file in sorted(path.rglob("*.json")) if file.with_suffix("") not in stems]
+
+
+def _people_table(found: dict[str, Statistics]) -> Table:
+    table = Table(title="People")
+    table.add_column("recording", overflow="fold")
+    for column in (
+        "people",
+        "s",
+        "in view\nmedian/max",
+        "speed of persons\nmedian ± sd, m/s",
+        "speed p5/50/95\nm/s",
+        "standing",
+        "nearest mean/p5/min\nm",
+    ):
+        table.add_column(column, justify="right")
+    for name, numbers in found.items():
+        p5, _, p50, _, p95 = numbers.speed_percentiles_mps
+        table.add_row(
+            escape(name),
+            str(numbers.people),
+            f"{numbers.duration_s:.0f}",
+            f"{numbers.people_in_view_median:.0f}/{numbers.people_in_view_max}",
+            f"{numbers.person_speed_mps:.2f} ± {numbers.person_speed_sd_mps:.2f}",
+            f"{p5:.2f}/{p50:.2f}/{p95:.2f}",
+            f"{numbers.standing_share:.0%}",
+            f"{numbers.nearest_mean_m:.2f}/{numbers.nearest_p5_m:.2f}/{numbers.nearest_min_m:.2f}",
+        )
+    return table
+
+
+def _pattern_table(found: dict[str, Statistics]) -> Table:
+    table = Table(
+        title="Patterns within 3.6 m",
+        caption="events (closest approach p50, m); every person in turn is the robot",
+    )
+    table.add_column("recording", overflow="fold")
+    for pattern in EVENT_PATTERNS:
+        table.add_column(pattern, justify="right")
+    for name, numbers in found.items():
+        counts = (numbers.patterns[pattern] for pattern in EVENT_PATTERNS)
+        cells = (f"{c.events} ({c.closest_m[1]:.2f})" if c.events else "0" for c in counts)
+        table.add_row(escape(name), *cells)
+    return table

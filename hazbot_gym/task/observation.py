@@ -1,0 +1,247 @@
+"""What a policy sees: one table of fields, which the encoder, the decoder and the docs all read.
+
+Every field has physical bounds; the observation holds it divided by its scale, so that all entries lie
+near [-1, 1]. Information tiers: ``sonar`` has no person fields; ``tracks`` has what the tracker reports;
+``privileged`` has the same fields filled from the true state.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from hazbot_gym.core.geometry import clip, path_length, path_pose
+from hazbot_gym.core.jit import kernel, scalar
+from hazbot_gym.core.patterns import closest_approach
+from hazbot_gym.core.state import CONFRONTING, CROSSING, PATTERN_NAMES, Floats, Record, Records
+from hazbot_gym.core.ultrasonic import SENSOR_NAMES
+from hazbot_gym.errors import InvalidInput
+
+PERSON_SLOTS = 3  # K nearest people
+LOOK_AHEAD_M = 1.0  # where the path's curvature is looked up
+SONAR_RANGE_M = 4.0
+TRACKER_RANGE_M = 8.0
+HORIZON_S = 8.0  # closest approaches later than this count as this
+
+
+class Field(NamedTuple):
+    """One entry of the observation."""
+
+    name: str
+    unit: str
+    low: float  # physical bounds; values beyond are clipped
+    high: float
+    scale: float  # the observation holds value / scale
+    meaning: str
+
+
+def _field(name: str, unit: str, low: float, high: float, meaning: str) -> Field:
+    return Field(name, unit, low, high, max(abs(low), abs(high)), meaning)
+
+
+RANGE_FIELDS = tuple(
+    _field(f"range_{name}_m", "m", 0.0, SONAR_RANGE_M, f"ultrasonic reading, {name.replace('_', ' ')}")
+    for name in SENSOR_NAMES
+)
+ROBOT_FIELDS = (
+    _field("speed_mps", "m/s", -1.0, 1.0, "linear velocity v"),
+    _field("yaw_rate_radps", "rad/s", -2.0, 2.0, "angular velocity omega"),
+    _field("command_mps", "m/s", 0.0, 1.0, "speed commanded last"),
+)
+TRACKING_FIELDS = (
+    _field("x_e_m", "m", -0.5, 0.5, "along-track error, actual minus reference"),
+    _field("y_e_m", "m", -0.5, 0.5, "cross-track error"),
+    _field("theta_e_rad", "rad", -0.5, 0.5, "heading error"),
+    _field("remaining_m", "m", 0.0, 25.0, "path left to go"),
+    _field("curvature_ahead_per_m", "1/m", -2.0, 2.0, f"path curvature {LOOK_AHEAD_M:g} m ahead"),
+)
+PERSON_FIELDS = (
+    _field("present", "-", 0.0, 1.0, "1 if this slot holds a person"),
+    _field("distance_m", "m", 0.0, TRACKER_RANGE_M, "distance between centres"),
+    _field("bearing_sin", "-", -1.0, 1.0, "sine of the direction from the robot, left positive"),
+    _field("bearing_cos", "-", -1.0, 1.0, "cosine of that direction"),
+    _field("speed_mps", "m/s", 0.0, 3.0, "speed of the person"),
+    _field("closing_mps", "m/s", -3.5, 3.5, "rate at which the distance shrinks"),
+    _field("time_to_closest_s", "s", 0.0, HORIZON_S, "time to closest approach, both going straight on"),
+    _field("closest_m", "m", 0.0, TRACKER_RANGE_M, "distance then"),
+    *(_field(name, "-", 0.0, 1.0, f"1 if the walking pattern is {name}") for name in PATTERN_NAMES),
+)
+FIELDS = (
+    *RANGE_FIELDS,
+    *ROBOT_FIELDS,
+    *TRACKING_FIELDS,
+    *(
+        field._replace(name=f"person{i}_{field.name}", meaning=f"person {i}: {field.meaning}")
+        for i in range(PERSON_SLOTS)
+        for field in PERSON_FIELDS
+    ),
+)
+_OWN = len(RANGE_FIELDS) + len(ROBOT_FIELDS) + len(TRACKING_FIELDS)
+_PER_PERSON = len(PERSON_FIELDS)
+_LOW = np.array([field.low for field in FIELDS])
+_HIGH = np.array([field.high for field in FIELDS])
+_SCALE = np.array([field.scale for field in FIELDS])
+
+
+class Layout:
+    """The fields of one information tier, in the order in which the observation holds them."""
+
+    def __init__(self, tier: str) -> None:
+        self.tier = tier
+        self.fields = FIELDS[:_OWN] if tier == "sonar" else FIELDS
+
+    @property
+    def width(self) -> int:
+        """Number of entries."""
+        return len(self.fields)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the entries."""
+        return tuple(field.name for field in self.fields)
+
+    @property
+    def low(self) -> npt.NDArray[np.float32]:
+        """Lower bounds of the entries as observed, shape (width,)."""
+        return np.asarray((_LOW / _SCALE)[: self.width], dtype=np.float32)
+
+    @property
+    def high(self) -> npt.NDArray[np.float32]:
+        """Upper bounds of the entries as observed, shape (width,)."""
+        return np.asarray((_HIGH / _SCALE)[: self.width], dtype=np.float32)
+
+    def column(self, name: str) -> int:
+        """Return the index of an entry."""
+        return self.names.index(name)
+
+    def decode(self, observation: npt.ArrayLike) -> dict[str, Floats]:
+        """Return every field in its unit, by name; leading axes of (..., width) are kept."""
+        physical = np.asarray(observation, dtype=np.float64) * _SCALE[: self.width]
+        return {name: physical[..., i] for i, name in enumerate(self.names)}
+
+
+LAYOUTS = {tier: Layout(tier) for tier in ("sonar", "tracks", "privileged")}
+
+
+def layout_of(observation: npt.ArrayLike) -> Layout:
+    """Return the layout of an observation (..., width), told by its last axis.
+
+    Raises:
+        InvalidInput: The last axis has the width of no tier.
+    """
+    width = np.shape(observation)[-1] if np.ndim(observation) else 0
+    for layout in (LAYOUTS["tracks"], LAYOUTS["sonar"]):
+        if layout.width == width:
+            return layout
+    allowed = f"{LAYOUTS['sonar'].width} (sonar) and {LAYOUTS['tracks'].width} (tracks, privileged)"
+    raise InvalidInput(f"observation: last axis has {width} entries, allowed are {allowed}")
+
+
+def markdown_table(tier: str = "tracks") -> str:
+    """Return the field table of a tier in Gymnasium's form, for docstrings and docs."""
+    lines = ["| Num | Observation | Min | Max | Unit | Meaning |", "|---|---|---|---|---|---|"]
+    for i, f in enumerate(LAYOUTS[tier].fields):
+        low, high = f.low / f.scale, f.high / f.scale
+        unit = f.unit if f.scale == 1.0 else f"{f.scale:g} {f.unit}"
+        lines.append(f"| {i} | {f.name} | {low:g} | {high:g} | {unit} | {f.meaning} |")
+    return "\n".join(lines)
+
+
+# --- encoding ------------------------------------------------------------------------------------
+
+
+@scalar
+def _put(out: npt.NDArray[np.float32], i: int, value: float) -> int:
+    """Write one physical value into entry i; return the next entry's index."""
+    out[i] = clip(value, _LOW[i], _HIGH[i]) / _SCALE[i]
+    return i + 1
+
+
+@scalar
+def _next_nearest(tracks: Records, robot: Record, beyond: float, last: int) -> int:
+    """Return the visible track that follows (distance ``beyond``, index ``last``) in nearness, or -1."""
+    best, best_distance = -1, math.inf
+    for k in range(tracks.shape[0]):
+        if tracks[k].visible == 0:
+            continue
+        distance = math.hypot(tracks[k].x - robot.x, tracks[k].y - robot.y)
+        is_later = distance > beyond or (distance == beyond and k > last)
+        if is_later and distance < best_distance:
+            best, best_distance = k, distance
+    return best
+
+
+@scalar
+def _put_person(out: npt.NDArray[np.float32], i: int, track: Record, robot: Record) -> int:
+    """Write the fields of one tracked person from entry i on."""
+    dx, dy = track.x - robot.x, track.y - robot.y
+    cos_t, sin_t = math.cos(robot.theta), math.sin(robot.theta)
+    distance = max(math.hypot(dx, dy), 1e-9)
+    rel_vx, rel_vy = track.vx - robot.v * cos_t, track.vy - robot.v * sin_t
+    time_s, closest_m = closest_approach(dx, dy, rel_vx, rel_vy)
+    i = _put(out, i, 1.0)
+    i = _put(out, i, distance)
+    i = _put(out, i, (cos_t * dy - sin_t * dx) / distance)
+    i = _put(out, i, (cos_t * dx + sin_t * dy) / distance)
+    i = _put(out, i, math.hypot(track.vx, track.vy))
+    i = _put(out, i, -(dx * rel_vx + dy * rel_vy) / distance)
+    i = _put(out, i, time_s)
+    i = _put(out, i, closest_m)
+    for pattern in range(CROSSING, CONFRONTING + 1):
+        i = _put(out, i, 1.0 if track.pattern == pattern else 0.0)
+    return i
+
+
+@scalar
+def _put_nobody(out: npt.NDArray[np.float32], i: int) -> int:
+    """Write an empty slot: nobody, far away and never to be met."""
+    for k in range(_PER_PERSON):
+        out[i + k] = 0.0
+    out[i + 1] = out[i + 6] = out[i + 7] = 1.0  # distance_m, time_to_closest_s, closest_m
+    return i + _PER_PERSON
+
+
+@scalar
+def encode(
+    robot: Record, path: Records, ranges: Floats, tracks: Records, out: npt.NDArray[np.float32]
+) -> None:
+    """Write the observation; its length tells whether the person fields are wanted.
+
+    Args:
+        robot: The robot's record.
+        path: (M,) records of the path.
+        ranges: (4,) ultrasonic readings [m].
+        tracks: (P,) TRACK records.
+        out: (width,) float32, written.
+    """
+    i = 0
+    for k in range(ranges.shape[0]):
+        i = _put(out, i, ranges[k])
+    i = _put(out, i, robot.v)
+    i = _put(out, i, robot.omega)
+    i = _put(out, i, robot.command)
+    i = _put(out, i, robot.x_e)
+    i = _put(out, i, robot.y_e)
+    i = _put(out, i, robot.theta_e)
+    i = _put(out, i, path_length(path) - robot.s - robot.x_e)
+    i = _put(out, i, path_pose(path, robot.s + LOOK_AHEAD_M)[3])
+    beyond, last = -1.0, -1
+    while i < out.shape[0]:
+        k = _next_nearest(tracks, robot, beyond, last)
+        if k < 0:
+            i = _put_nobody(out, i)
+        else:
+            beyond, last = math.hypot(tracks[k].x - robot.x, tracks[k].y - robot.y), k
+            i = _put_person(out, i, tracks[k], robot)
+
+
+@kernel
+def observe(
+    robots: Records, path: Records, ranges: Floats, tracks: Records, out: npt.NDArray[np.float32]
+) -> None:
+    """Write the observation of one robot; ``encode`` for an array of one record."""
+    encode(robots[0], path, ranges, tracks, out)

@@ -1,0 +1,46 @@
+"""What a decision led to: how far, how an episode ends, and who caused a contact."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hazbot_gym.core.jit import scalar
+from hazbot_gym.core.state import Record
+
+RUNNING, ARRIVED, CONTACT_PERSON, CONTACT_WALL, TIMEOUT = range(5)
+OUTCOME_NAMES = ("running", "arrived", "contact_person", "contact_wall", "timeout")
+NOBODY, BY_ROBOT, BY_PERSON = range(3)
+CAUSE_NAMES = ("nobody", "robot", "person")
+
+DECISION = np.dtype(
+    [
+        ("advance", "f8"),  # of the reference point / its advance at nominal speed
+        ("command_change", "f8"),  # commanded speed now minus before / nominal speed
+        ("nominal_speed_mps", "f8"),
+        ("outcome", "i8"),  # RUNNING, ARRIVED, ...
+        ("cause", "i8"),  # of a contact: BY_ROBOT or BY_PERSON
+        ("speed_mps", "f8"),  # relative speed of a contact
+        ("time_left", "f8"),  # share of the time allowed that is left at arrival
+    ],
+    align=True,
+)
+
+MOVING_MPS = 0.05  # a slower robot stands (EVALUATION metric 2)
+
+
+@scalar
+def contact_cause(robot: Record, person: Record) -> tuple[int, float]:
+    """Return who caused a contact, and the relative speed at it [m/s] (EVALUATION metrics 2 and 4).
+
+    Robot-caused if the robot moves, and closes the distance faster than the person does.
+    """
+    dx, dy = person.x - robot.x, person.y - robot.y
+    distance = max(math.hypot(dx, dy), 1e-9)
+    robot_vx, robot_vy = robot.v * math.cos(robot.theta), robot.v * math.sin(robot.theta)
+    robot_closing = (robot_vx * dx + robot_vy * dy) / distance
+    person_closing = -(person.vx * dx + person.vy * dy) / distance
+    by_robot = abs(robot.v) > MOVING_MPS and robot_closing > person_closing
+    speed = math.hypot(robot_vx - person.vx, robot_vy - person.vy)
+    return BY_ROBOT if by_robot else BY_PERSON, speed

@@ -1,0 +1,104 @@
+"""What a decision is worth: named, unweighted terms, each in a documented range.
+
+reward = sum over terms of weight * term (weights: ``RewardWeights`` in the config). There is no bonus for
+merely living and no cost that ends with the episode, so that running into somebody never pays; time
+presses through the arrival term, which is what is left of the time allowed.
+
+| term | range | meaning |
+|---|---|---|
+| progress | [0, 1] | reference point's advance in the decision / the advance at nominal speed |
+| intrusion | [0, 1] | deepest intrusion into somebody's personal space x the robot's speed / nominal speed |
+| tracking | [0, 1] | cross-track and heading error, squared, 1 at 0.3 m or 0.5 rad |
+| smoothness | [0, 1] | squared change of the commanded speed / nominal speed |
+| burden | [0, 1] | largest share of a person's desired speed that the robot takes away |
+| contact | [0, 1] | at the end: half for the fact, half for the speed (1.5 m/s and more), a fifth if person-caused |
+| arrival | [0, 1] | at the end: share of the time allowed that is left |
+"""
+
+from __future__ import annotations
+
+import math
+
+from hazbot_gym.core.geometry import clip
+from hazbot_gym.core.jit import kernel, scalar
+from hazbot_gym.core.proxemics import intrusion_depth
+from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, Floats, Record, Records
+from hazbot_gym.task.outcome import ARRIVED, BY_PERSON, CONTACT_PERSON, CONTACT_WALL
+
+TERMS = ("progress", "intrusion", "tracking", "smoothness", "burden", "contact", "arrival")
+PROGRESS, INTRUSION, TRACKING, SMOOTHNESS, BURDEN, CONTACT, ARRIVAL = range(7)
+
+CROSS_TRACK_M = 0.3  # error at which the tracking term is 1
+HEADING_RAD = 0.5
+FULL_IMPACT_MPS = 1.5  # contact speed at which the contact term is 1: a brisk walk
+PERSON_CAUSED_SHARE = 0.2  # what the robot is charged for a contact that a person caused
+
+
+@scalar
+def intrusion(robot: Record, people: Records, nominal_speed_mps: float) -> float:
+    """Return the deepest intrusion, scaled by the robot's own motion, in [0, 1].
+
+    Waiting beside a passing person is free; driving beside one is not (EVALUATION metric 14: comfort
+    falls with the robot's speed, Neggers et al. 2022).
+    """
+    deepest = 0.0
+    for i in range(people.shape[0]):
+        if people[i].status == PRESENT:
+            distance = math.hypot(people[i].x - robot.x, people[i].y - robot.y)
+            clearance = distance - people[i].radius - ROBOT_RADIUS_M
+            deepest = max(deepest, intrusion_depth(clearance))
+    return deepest * clip(abs(robot.v) / nominal_speed_mps, 0.0, 1.0)
+
+
+@scalar
+def tracking_error(robot: Record) -> float:
+    """Return the squared cross-track and heading error in units of what is tolerable, at most 1."""
+    return min((robot.y_e / CROSS_TRACK_M) ** 2 + (robot.theta_e / HEADING_RAD) ** 2, 1.0)
+
+
+@scalar
+def burden(people: Records) -> float:
+    """Return the largest share of its desired speed that the robot takes from anybody, in [0, 1]."""
+    largest = 0.0
+    for i in range(people.shape[0]):
+        if people[i].status == PRESENT:
+            largest = max(largest, people[i].blocked)
+    return largest
+
+
+@scalar
+def contact_severity(cause: int, speed_mps: float) -> float:
+    """Return the contact term in [0, 1] for a contact's cause and relative speed."""
+    severity = 0.5 + 0.5 * min(speed_mps / FULL_IMPACT_MPS, 1.0)
+    return PERSON_CAUSED_SHARE * severity if cause == BY_PERSON else severity
+
+
+@scalar
+def reward_terms(
+    robot: Record, people: Records, decision: Record, out: Floats
+) -> None:
+    """Write the unweighted terms of one decision.
+
+    Args:
+        robot: The robot's record after the decision.
+        people: (P,) PERSON records after the decision.
+        decision: Record of type ``task.outcome.DECISION``.
+        out: (7,) terms in the order of ``TERMS``, written.
+    """
+    out[PROGRESS] = clip(decision.advance, 0.0, 1.0)
+    out[INTRUSION] = intrusion(robot, people, decision.nominal_speed_mps)
+    out[TRACKING] = tracking_error(robot)
+    out[SMOOTHNESS] = min(decision.command_change**2, 1.0)
+    out[BURDEN] = burden(people)
+    out[CONTACT] = 0.0
+    out[ARRIVAL] = 0.0
+    if decision.outcome == ARRIVED:
+        out[ARRIVAL] = decision.time_left
+    elif decision.outcome in (CONTACT_PERSON, CONTACT_WALL):
+        out[CONTACT] = contact_severity(decision.cause, decision.speed_mps)
+
+
+@kernel
+def judge(robots: Records, people: Records, decisions: Records, out: Floats) -> None:
+    """Write the unweighted terms of one decision; ``reward_terms`` for arrays of one record."""
+    reward_terms(robots[0], people, decisions[0], out)

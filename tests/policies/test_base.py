@@ -1,0 +1,93 @@
+from __future__ import annotations
+
+import sys
+import types
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hazbot_gym import policies
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies.base import REGISTER, Policy, speed_action
+from hazbot_gym.policies.constant import Constant
+
+
+class Halves:
+    """A policy of somebody else's."""
+
+    def predict(
+        self,
+        observation: Any,
+        state: Any = None,
+        episode_start: Any = None,
+        deterministic: bool = True,
+    ) -> tuple[Any, Any]:
+        return np.zeros(1, dtype=np.float32), state
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = types.ModuleType("elsewhere")
+    module.Halves, module.ready, module.nothing = Halves, Halves(), 3  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "elsewhere", module)
+
+
+@pytest.mark.parametrize("name", list(REGISTER))
+def test_every_policy_of_the_register_can_be_made_and_has_a_description(name: str) -> None:
+    assert isinstance(policies.make(name), Policy)
+    assert policies.names()[name]
+
+
+@pytest.mark.parametrize(
+    ("spec", "fraction"),
+    [("constant", 1.0), ("constant:0.25", 0.25), ("constant:fraction=0.5", 0.5)],
+)
+def test_options_follow_the_name_with_or_without_their_own(spec: str, fraction: float) -> None:
+    assert policies.make(spec) == Constant(fraction)
+
+
+@pytest.mark.parametrize("spec", ["elsewhere:Halves", "elsewhere:ready"])
+def test_policy_of_one_s_own_is_an_object_or_what_makes_one(spec: str) -> None:
+    assert isinstance(policies.make(spec), Halves)
+
+
+@pytest.mark.parametrize(
+    ("spec", "complaint"),
+    [
+        ("nobody", "'nobody' is not known; allowed are constant, fuzzy_expert"),
+        ("no_such_module:x", "no module 'no_such_module'.* allowed are constant"),
+        ("hazbot_gym.no_such:x", "no module 'hazbot_gym.no_such'"),
+        ("elsewhere:missing", "no attribute 'missing'"),
+        ("elsewhere:nothing", "has no predict"),
+        ("constant:2", "fraction = '2' is not allowed: .*less than or equal to 1"),
+        ("constant:fast", "fraction = 'fast' is not allowed"),
+        ("constant:speed=1", "option 'speed' is not known; allowed are fraction"),
+        ("constant:0.5,0.6", "option '0.6' is not known"),
+        ("constant:0.5,fraction=0.6", "option 'fraction' is given twice"),
+        ("fuzzy_expert:rules=9", "rules = '9' is not allowed: .*'complete32' or 'literal8'"),
+        ("fuzzy_expert:release=perhaps", "release = 'perhaps' is not allowed"),
+    ],
+)
+def test_mistakes_are_one_line_that_says_what_is_allowed(spec: str, complaint: str) -> None:
+    with pytest.raises(InvalidInput, match=complaint) as caught:
+        policies.make(spec)
+
+    assert "\n" not in str(caught.value)
+
+
+def test_import_error_inside_somebody_s_module_is_shown_as_it_is(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Any
+) -> None:
+    (tmp_path / "half_installed.py").write_text("import not_installed_anywhere\n")
+    monkeypatch.syspath_prepend(tmp_path)
+
+    with pytest.raises(ModuleNotFoundError, match="not_installed_anywhere"):
+        policies.make("half_installed:x")
+
+
+def test_actions_run_from_stop_to_nominal_speed() -> None:
+    actions = speed_action([0.0, 0.25, 1.0])
+
+    assert actions.tolist() == [[-1.0], [-0.5], [1.0]]
+    assert actions.dtype == np.float32

@@ -1,0 +1,280 @@
+from __future__ import annotations
+
+import json
+import math
+import pickle
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from skfuzzy import control
+
+from hazbot_gym.core.fuzzy import kept_fraction, kept_fractions
+from hazbot_gym.core.geometry import straight_path
+from hazbot_gym.core.state import NO_PATTERN, PATTERN_NAMES, ROBOT, TRACK, Floats, records
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies.fuzzy_expert import (
+    KEPT_TERMS,
+    PATTERN_TERMS,
+    RULES,
+    FuzzyExpert,
+    control_system,
+)
+from hazbot_gym.task.observation import LAYOUTS, encode
+
+REFERENCE = json.loads(
+    (Path(__file__).parents[1] / "reference" / "behaviour.json").read_text(encoding="utf-8")
+)
+V_NOM = REFERENCE["nominal_speed_mps"]
+DT_S = REFERENCE["dt_s"]
+PATH = straight_path(np.array([[0.0, 0.0], [20.0, 0.0]])).view(np.recarray)
+BS, BE, BL, BF = range(4)
+
+
+class Person(NamedTuple):
+    x: float
+    y: float
+    vx: float = 0.0
+    vy: float = 0.0
+    pattern: int = BE
+
+
+def observe(
+    *people: Person, x: float = 0.0, v: float = 0.0, tier: str = "tracks"
+) -> npt.NDArray[np.float32]:
+    """Return what a robot on the x axis observes."""
+    robot = records(ROBOT, 1).view(np.recarray)[0]
+    robot.x, robot.s, robot.v = x, x, v
+    tracks = records(TRACK, len(people)).view(np.recarray)
+    for track, person in zip(tracks, people, strict=True):
+        track.visible, track.pattern = 1, person.pattern
+        track.x, track.y, track.vx, track.vy = person[:4]
+    out = np.zeros(LAYOUTS[tier].width, dtype=np.float32)
+    encode(robot, PATH, np.full(4, 4.0), tracks, out)
+    return out
+
+
+def kept_by(expert: FuzzyExpert, observation: npt.NDArray[np.float32]) -> float:
+    return float(expert.predict(observation)[0][0] + 1.0) / 2.0
+
+
+class Meeting(NamedTuple):
+    distance_m: Floats
+    kept: Floats  # share of the nominal speed that is commanded
+    nearest_moving_m: float
+
+    def first_s(self, share: float) -> float:
+        """Return when the command first falls below a share of the nominal speed."""
+        below = np.flatnonzero(self.kept < share)
+        return float(DT_S * below[0]) if len(below) else math.inf
+
+    def recovered_s(self) -> float:
+        """Return from when on the command stays at 98 % or more."""
+        last = int(np.flatnonzero(self.kept < 0.98)[-1])
+        return DT_S * (last + 1) if last + 1 < len(self.kept) else math.inf
+
+
+def meet(
+    scenario: dict[str, Any], expert: FuzzyExpert, is_recursive: bool = False, seconds: float = 25.0
+) -> Meeting:
+    """Let a robot that moves just as commanded meet the person of a scenario."""
+    (px, py), (vx, vy) = scenario["start_m"], scenario["velocity_mps"]
+    pattern = PATTERN_NAMES.index(scenario["pattern"])
+    x, v = 0.0, V_NOM
+    distances, commands = [], []
+    for k in range(round(seconds / DT_S)):
+        person = Person(px + vx * DT_S * k, py + vy * DT_S * k, vx, vy, pattern)
+        kept = kept_by(expert, observe(person, x=x, v=v))
+        v = kept * (v if is_recursive else V_NOM)
+        distances.append(math.hypot(person.x - x, person.y))
+        commands.append(v / V_NOM)
+        x += v * DT_S
+    moving = [d for d, c in zip(distances, commands, strict=True) if c > 0.0]
+    return Meeting(np.array(distances), np.array(commands), min(moving))
+
+
+# --- the rules -----------------------------------------------------------------------------------
+
+
+def test_complete_rules_contain_the_printed_ones_and_cover_every_combination() -> None:
+    complete = RULES["complete32"]
+
+    assert set(RULES["literal8"]) <= set(complete)
+    assert len(RULES["literal8"]) == 8
+    assert len({rule[:3] for rule in complete}) == 32
+
+
+@pytest.mark.parametrize(("distance_m", "kept"), REFERENCE["kept_encountering_at_0.5_mps"])
+def test_kept_speed_is_that_of_the_specification(distance_m: float, kept: float) -> None:
+    found = kept_fraction(distance_m, 0.5, BE, FuzzyExpert().controller)
+
+    assert found == pytest.approx(kept, abs=REFERENCE["kept_tolerance"])
+
+
+# With the minimum, eq 9 gives way a little where two rules swap places. SPEC 3.4 allows 5e-6 every
+# 2.5 mm; somebody confronting takes 1.2e-5.
+@pytest.mark.parametrize(
+    ("t_norm", "slack_distance", "slack_speed"), [("product", 0.0, 1e-12), ("min", 2e-5, 0.005)]
+)
+@pytest.mark.parametrize("pattern", [BS, BE, BL, BF])
+def test_kept_speed_grows_with_distance_and_falls_with_the_speed_of_the_person(
+    t_norm: Any, slack_distance: float, slack_speed: float, pattern: int
+) -> None:
+    controller = FuzzyExpert(t_norm=t_norm).controller
+    distances, speeds = np.arange(1.5025, 3.0, 0.0025), np.arange(0.0, 2.01, 0.01)
+    kept = np.stack(
+        [
+            kept_fractions(
+                distances[:, None],
+                np.full((len(distances), 1), speed),
+                np.full((len(distances), 1), pattern),
+                controller,
+            )
+            for speed in speeds
+        ]
+    )  # speeds by distances
+
+    assert np.diff(kept, axis=1).min() >= -slack_distance
+    assert np.diff(kept, axis=0).max() <= slack_speed
+
+
+# --- the paper's scenarios -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", list(REFERENCE["scenarios"]))
+def test_robot_slows_down_stops_and_recovers_at_the_published_times(name: str) -> None:
+    scenario = REFERENCE["scenarios"][name]
+    meeting = meet(scenario, FuzzyExpert())
+
+    near = REFERENCE["tolerance_s"] + 1e-9
+    assert meeting.first_s(0.98) == pytest.approx(scenario["decelerates_s"], abs=near)
+    assert meeting.first_s(0.05) == pytest.approx(scenario["stops_s"], abs=near)
+    if "recovers_s" in scenario:
+        assert meeting.recovered_s() == pytest.approx(scenario["recovers_s"], abs=near)
+    assert meeting.nearest_moving_m > 1.5
+
+
+def test_printed_rules_alone_never_stop_for_someone_encountering() -> None:
+    meeting = meet(REFERENCE["scenarios"]["E*"], FuzzyExpert(rules="literal8"))
+
+    assert meeting.kept.min() * V_NOM == pytest.approx(
+        REFERENCE["literal8_minimum_E*"], abs=REFERENCE["kept_tolerance"]
+    )
+    assert meeting.first_s(0.98) == pytest.approx(1.6, abs=0.1 + 1e-9)
+
+
+def test_printed_rules_alone_drive_at_someone_confronting() -> None:
+    scenario = {"pattern": "confronting", "start_m": [4.0, 0.0], "velocity_mps": [-0.5, 0.0]}
+
+    assert meet(scenario, FuzzyExpert(rules="literal8"), seconds=3.9).kept.min() == 1.0
+    assert meet(scenario, FuzzyExpert(), seconds=3.9).kept.min() == 0.0
+
+
+@pytest.mark.parametrize("name", ["E*", "C*"])
+def test_robot_whose_speed_is_reduced_recursively_never_recovers(name: str) -> None:
+    meeting = meet(REFERENCE["scenarios"][name], FuzzyExpert(), is_recursive=True, seconds=60.0)
+
+    assert meeting.distance_m[-1] > 3.0
+    assert meeting.kept[-1] < 0.05
+
+
+def test_robot_follows_a_slow_leader_at_the_leader_s_speed() -> None:
+    scenario = {"pattern": "leading", "start_m": [4.0, 0.0], "velocity_mps": [0.3, 0.0]}
+    meeting = meet(scenario, FuzzyExpert(), seconds=90.0)
+
+    assert meeting.kept[-1] * V_NOM == pytest.approx(0.3, abs=0.005)
+    assert meeting.distance_m.min() > 2.4
+
+
+def test_release_lets_the_robot_go_once_the_person_is_behind() -> None:
+    meeting = meet(REFERENCE["scenarios"]["E*"], FuzzyExpert(release=True))
+
+    assert meeting.recovered_s() == pytest.approx(8.9, abs=0.1 + 1e-9)
+    assert meeting.nearest_moving_m > 1.5
+
+
+# --- the policy ----------------------------------------------------------------------------------
+
+
+def test_slowest_answer_to_any_person_counts() -> None:
+    far, near = Person(2.6, 0.0, -0.5), Person(0.0, 2.0, 0.0, -0.5, BS)
+    expert = FuzzyExpert()
+    alone = [kept_by(expert, observe(person)) for person in (far, near)]
+
+    assert alone[0] > alone[1]
+    assert kept_by(expert, observe(far, near)) == min(alone)
+
+
+def test_empty_corridor_is_driven_at_full_speed() -> None:
+    assert kept_by(FuzzyExpert(), observe()) == 1.0
+
+
+def test_person_without_a_pattern_counts_only_within_the_sensitive_distance() -> None:
+    expert = FuzzyExpert()
+
+    assert kept_by(expert, observe(Person(1.6, 0.0, pattern=NO_PATTERN))) == 1.0
+    assert kept_by(expert, observe(Person(1.4, 0.0, pattern=NO_PATTERN))) == 0.0
+
+
+@pytest.mark.parametrize("tier", ["tracks", "privileged"])
+def test_stacked_observations_get_the_actions_of_each(tier: str) -> None:
+    expert = FuzzyExpert()
+    people = [Person(d, 0.3, -0.5, 0.0, p) for d, p in ((1.2, BE), (2.2, BS), (2.6, BF), (9.0, BL))]
+    rows = np.stack([observe(person, tier=tier) for person in people])
+
+    actions, state = expert.predict(rows)
+
+    assert actions.shape == (4, 1)
+    assert actions.dtype == np.float32
+    assert state is None
+    assert np.array_equal(actions, [expert.predict(row)[0] for row in rows])
+    assert actions[0] == -1.0
+    assert -1.0 < actions[2] < actions[1] < 1.0
+
+
+def test_sonar_observations_are_refused_in_one_line() -> None:
+    with pytest.raises(InvalidInput, match="given are sonar observations; allowed are tier tracks"):
+        FuzzyExpert().predict(observe(tier="sonar"))
+
+
+def test_policy_survives_pickling() -> None:
+    expert = FuzzyExpert(rules="literal8", pattern="gaussian")
+    observation = observe(Person(2.2, 0.0, -0.5))
+    before = expert.predict(observation)[0]
+    restored = pickle.loads(pickle.dumps(expert))
+
+    assert restored == expert
+    assert np.array_equal(restored.predict(observation)[0], before)
+
+
+# --- the oracle ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("t_norm", ["min", "product"])
+@pytest.mark.parametrize("pattern", ["crisp", "gaussian"])
+@pytest.mark.parametrize("rules", ["complete32", "literal8"])
+def test_scikit_fuzzy_fires_the_same_rules(t_norm: Any, pattern: Any, rules: Any) -> None:
+    # Its control system defuzzifies by centroid, so eq 9 is taken over the weights of its rules.
+    # They are interpolated on a universe of 601 points, hence the tolerance.
+    expert = FuzzyExpert(rules=rules, pattern=pattern, t_norm=t_norm)
+    system = control_system(expert)
+    outputs = [KEPT_TERMS[out] for *_, out in RULES[rules]]
+    points = [(1.7, 0.5, BE), (2.3, 0.9, BS), (2.6, 1.1, BL), (2.9, 0.8, BF), (2.1, 1.0, BE)]
+    for distance, speed, code in points:
+        simulation = control.ControlSystemSimulation(system)
+        for name, value in (("distance", distance), ("speed", speed), ("pattern", code)):
+            simulation.input[name] = value
+        simulation.compute()
+        weights = [rule.aggregate_firing[simulation] for rule in system.rules]
+        assert len(weights) == len(outputs)
+        total = sum(weights)
+        kept = np.dot(weights, outputs) / total if total >= 1e-12 else 1.0
+        ours = kept_fraction(distance, speed, code, expert.controller)
+        assert ours == pytest.approx(kept, abs=0.002)
+
+
+def test_pattern_terms_stand_in_the_order_of_the_pattern_codes() -> None:
+    assert PATTERN_TERMS == ("BS", "BE", "BL", "BF")
+    assert PATTERN_NAMES == ("crossing", "encountering", "leading", "confronting")

@@ -1,0 +1,265 @@
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from hazbot_gym.config import Drive
+from hazbot_gym.core.fuzzy_pid import FuzzyPid, gain_table
+from hazbot_gym.core.geometry import circle_path, path_length, straight_path
+from hazbot_gym.core.pid import PLANTS
+from hazbot_gym.core.state import LEFT, RIGHT, ROBOT, WHEEL, Floats, Records, as_record, records
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.sim.drive import (
+    DriveParameters,
+    drive,
+    drive_parameters,
+    drive_substep,
+    free_time_s,
+    measurement_noise,
+    start_drive,
+    update_pose_error,
+)
+
+REFERENCE = json.loads(
+    (Path(__file__).parents[1] / "reference" / "tracking_circle.json").read_text(encoding="utf-8")
+)
+DT_S = 0.01
+TABLES = {name: gain_table(name) for name in ("textbook", "symmetric")}
+AT_ONCE = {"acceleration_mps2": 1e9, "deceleration_mps2": 1e9}
+QUIET = {"wheel_noise_radps": 0.0, "heading_noise_rad": 0.0}
+CIRCLE = circle_path(0.0, 0.0, 0.0, REFERENCE["radius_m"])
+STRAIGHT = straight_path(np.array([[0.0, 0.0], [6.0, 0.0]]))
+CORNER = straight_path(np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0]]))
+
+
+class Rig(NamedTuple):
+    """A robot on a path with all that the kernels ask for."""
+
+    robots: Records
+    wheels: Records
+    path: Records
+    parameters: Records
+    table: Floats
+
+    def drive(self, command_mps: float, step: int = 0, substeps: int = 1, key: int = 7) -> Records:
+        """Drive on and return the robot's record."""
+        drive(
+            self.robots, self.wheels, self.path, command_mps,
+            self.parameters, self.table, np.uint64(key), step, substeps,
+        )  # fmt: skip
+        return self.robots[0]
+
+
+def make_rig(path: Records, start_mps: float = 0.0, **options: Any) -> Rig:
+    settings = Drive(**{**QUIET, **options})
+    parameters = as_record(drive_parameters(settings, DT_S))
+    rig = Rig(records(ROBOT, 1), records(WHEEL, 2), path, parameters, TABLES[settings.tables])
+    start_drive(rig.robots, rig.wheels, path, start_mps, parameters, rig.table)
+    return rig
+
+
+def drive_circle(rig: Rig) -> dict[str, float]:
+    """Drive a lap from rest, the reference at full speed at once; return the four figures."""
+    speed = REFERENCE["speed_mps"]
+    errors = np.empty((4311, 2))
+    for k in range(len(errors)):
+        robot = rig.drive(speed, step=k)
+        errors[k] = math.hypot(robot["x_e"], robot["y_e"]), abs(robot["theta_e"])
+    last = [DT_S * (np.flatnonzero(column >= REFERENCE["band"])[-1] + 1) for column in errors.T]
+    position, angle = errors.max(axis=0)
+    return {
+        "max_position_m": position,
+        "max_angle_rad": angle,
+        "position_s": last[0],
+        "angle_s": last[1],
+    }
+
+
+def circle_rig(run: dict[str, Any]) -> Rig:
+    plant: Any = run["plant"]
+    if "u_max" in run:
+        plant = PLANTS[plant]._replace(u_max=run["u_max"])
+    options = {"tables": run.get("tables", "textbook"), "wheel_loop": run["wheel_loop"]}
+    fuzzy = FuzzyPid(sign=run.get("sign", -1.0))
+    return make_rig(CIRCLE, plant=plant, fuzzy=fuzzy, **options, **AT_ONCE)
+
+
+@pytest.mark.parametrize("run", REFERENCE["runs"], ids=lambda run: "-".join(map(str, run.values())))
+def test_circle_reaches_the_published_errors_and_times(run: dict[str, Any]) -> None:
+    found = drive_circle(circle_rig(run))
+
+    for name in ("max_position_m", "max_angle_rad"):
+        assert found[name] == pytest.approx(run[name], rel=REFERENCE["tolerance_relative"])
+    for name in ("position_s", "angle_s"):
+        assert found[name] == pytest.approx(run[name], abs=REFERENCE["tolerance_s"])
+
+
+@pytest.mark.parametrize("plant", ["A", "B", "A0"])
+def test_fuzzy_pid_beats_pid_in_all_four_figures(plant: str) -> None:
+    fuzzy = drive_circle(circle_rig({"plant": plant, "wheel_loop": "fuzzy_pid"}))
+    fixed = drive_circle(circle_rig({"plant": plant, "wheel_loop": "pid"}))
+
+    assert all(fuzzy[name] < fixed[name] for name in fuzzy)
+
+
+def test_fuzzy_pid_with_the_other_sign_is_worse_than_pid() -> None:
+    fuzzy = drive_circle(circle_rig({"plant": "A", "wheel_loop": "fuzzy_pid", "sign": 1.0}))
+    fixed = drive_circle(circle_rig({"plant": "A", "wheel_loop": "pid"}))
+
+    assert all(fuzzy[name] > fixed[name] for name in fuzzy)
+
+
+def test_ideal_wheels_stay_on_the_circle() -> None:
+    rig = make_rig(CIRCLE, wheel_loop="ideal", **AT_ONCE)
+    robot = rig.drive(0.5, substeps=2000)
+
+    assert robot["s"] == pytest.approx(10.0)
+    assert math.hypot(robot["x_e"], robot["y_e"]) < 1e-9
+    assert robot["omega"] == pytest.approx(0.5 / REFERENCE["radius_m"])
+
+
+@pytest.mark.parametrize("wheel_loop", ["fuzzy_pid", "pid", "ideal"])
+def test_robot_turns_a_corner_and_stays_near_its_path(wheel_loop: str) -> None:
+    rig = make_rig(CORNER, wheel_loop=wheel_loop)
+    worst = max(abs(float(rig.drive(0.5, step=10 * k, substeps=10)["y_e"])) for k in range(140))
+
+    assert worst < 0.1
+    assert rig.robots[0]["theta"] == pytest.approx(math.pi / 2, abs=0.05)
+
+
+def test_reference_accelerates_and_brakes_within_the_slew_limits() -> None:
+    rig = make_rig(STRAIGHT)
+
+    assert rig.drive(0.5, substeps=50)["v_ref"] == pytest.approx(0.25)
+    assert rig.drive(0.5, substeps=100)["v_ref"] == 0.5
+    assert rig.drive(0.1, substeps=10)["v_ref"] == pytest.approx(0.4)
+    assert rig.drive(0.1, substeps=100)["v_ref"] == pytest.approx(0.1)
+
+
+def test_robot_that_is_told_to_stop_comes_to_rest() -> None:
+    rig = make_rig(STRAIGHT, start_mps=0.5)
+    robot = rig.drive(0.0, substeps=600)
+
+    assert robot["s"] == pytest.approx(0.5**2 / 2.0, abs=0.01)
+    assert abs(robot["v"]) < 0.005
+    assert robot["command"] == 0.0
+
+
+def test_robot_at_rest_without_a_command_does_not_move() -> None:
+    rig = make_rig(CIRCLE)
+
+    assert rig.drive(0.0, substeps=500)["x"] == 0.0
+    assert rig.wheels["speed"].tolist() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("tables", ["textbook", "symmetric"])
+@pytest.mark.parametrize("path", [STRAIGHT, CIRCLE])
+@pytest.mark.parametrize("plant", ["A", "B"])
+def test_rolling_start_is_a_steady_state(path: Records, plant: str, tables: str) -> None:
+    rig = make_rig(path, start_mps=0.5, plant=plant, tables=tables)
+    before = rig.wheels["speed"].copy()
+    robot = rig.drive(0.5, substeps=1000)
+
+    assert rig.wheels["speed"] == pytest.approx(before, abs=1e-9)
+    assert math.hypot(robot["x_e"], robot["y_e"]) < 1e-9
+
+
+def test_weaker_right_wheel_turns_a_starting_robot_to_the_right() -> None:
+    assert make_rig(STRAIGHT, plant="A").drive(0.5, substeps=50)["theta"] < 0.0
+    assert make_rig(STRAIGHT, plant="A0").drive(0.5, substeps=50)["theta"] == 0.0
+
+
+def test_ten_substeps_are_ten_calls() -> None:
+    once, often = make_rig(CORNER, wheel_noise_radps=0.01), make_rig(CORNER, wheel_noise_radps=0.01)
+    for k in range(20):
+        once.drive(0.5, step=10 * k, substeps=10)
+        for i in range(10):
+            often.drive(0.5, step=10 * k + i)
+
+    assert once.robots.tobytes() == often.robots.tobytes()
+    assert once.wheels.tobytes() == often.wheels.tobytes()
+
+
+@pytest.mark.parametrize("wheel_loop", ["fuzzy_pid", "pid", "ideal"])
+def test_compiled_drive_is_that_of_plain_python(wheel_loop: str) -> None:
+    noise = {"wheel_noise_radps": 0.01, "heading_noise_rad": 0.002}
+    rig = make_rig(CORNER, wheel_loop=wheel_loop, plant="B", **noise)
+    plain = make_rig(CORNER, wheel_loop=wheel_loop, plant="B", **noise)
+    robot, parameters = (x.view(np.recarray)[0] for x in (plain.robots, plain.parameters))
+    robot.command = 0.5
+    path, wheels = CORNER.view(np.recarray), plain.wheels.view(np.recarray)
+    for step in range(100):
+        drive_substep(robot, wheels, path, parameters, plain.table, np.uint64(7), step)
+    update_pose_error(robot, path)
+    rig.drive(0.5, substeps=100)
+
+    for name in ROBOT.names or ():
+        assert rig.robots[name] == pytest.approx(plain.robots[name], abs=1e-12)
+    for name in WHEEL.names or ():
+        assert rig.wheels[name] == pytest.approx(plain.wheels[name], abs=1e-10, nan_ok=True)
+
+
+def test_same_key_is_the_same_drive_and_another_key_is_another() -> None:
+    def end(key: int, half_width: float) -> float:
+        noise = {"wheel_noise_radps": half_width, "heading_noise_rad": half_width / 5.0}
+        return float(make_rig(STRAIGHT, **noise).drive(0.5, substeps=300, key=key)["y"])
+
+    assert end(1, 0.01) == end(1, 0.01)
+    assert end(1, 0.01) != end(2, 0.01)
+    assert end(1, 0.0) == end(2, 0.0)
+
+
+def test_measurement_noise_fills_its_half_widths() -> None:
+    p = drive_parameters(Drive(wheel_noise_radps=0.01, heading_noise_rad=0.002), DT_S)
+    draws = np.array([measurement_noise(p, np.uint64(3), step) for step in range(2000)])
+
+    assert np.abs(draws).max(axis=0) == pytest.approx([0.01, 0.01, 0.002], rel=0.01)
+    assert draws.mean(axis=0) == pytest.approx([0.0, 0.0, 0.0], abs=5e-4)
+    assert abs(np.corrcoef(draws[:, RIGHT], draws[:, LEFT])[0, 1]) < 0.1
+
+
+def test_noise_moves_the_robot_by_millimetres() -> None:
+    noise = {"wheel_noise_radps": 0.01, "heading_noise_rad": 0.002}
+    robot = make_rig(STRAIGHT, start_mps=0.5, **noise).drive(0.5, substeps=1000)
+
+    assert 0.0 < math.hypot(robot["x_e"], robot["y_e"]) < 0.005
+
+
+def test_free_time_of_ideal_wheels_is_the_time_of_the_slew_limit() -> None:
+    rig = make_rig(STRAIGHT, wheel_loop="ideal")
+    # 0.25 m while it accelerates for 1 s, the rest at 0.5 m/s, up to 0.1 m before the end of 6 m.
+    expected = 1.0 + (6.0 - 0.1 - 0.25) / 0.5
+
+    time_s = free_time_s(STRAIGHT, rig.parameters, rig.table, arrival_tolerance_m=0.1)
+
+    assert time_s == pytest.approx(expected, abs=0.02)
+
+
+def test_free_time_is_shorter_from_a_rolling_start_and_ignores_noise() -> None:
+    rig = make_rig(CORNER, wheel_noise_radps=0.5)
+    rolling = free_time_s(CORNER, rig.parameters, rig.table, start_speed_mps=0.5)
+
+    assert rolling == pytest.approx(path_length(CORNER.view(np.recarray)) / 0.5, abs=0.1)
+    assert rolling < free_time_s(CORNER, make_rig(CORNER).parameters, rig.table)
+
+
+@pytest.mark.parametrize("change", [{"u_max": 1e-3}, {"Tf": 0.0}], ids=["too weak", "unstable"])
+def test_drive_that_never_arrives_is_refused(change: dict[str, float]) -> None:
+    rig = make_rig(STRAIGHT, plant=PLANTS["A"]._replace(**change))
+
+    with pytest.raises(InvalidInput, match="does not reach the end of a path"):
+        free_time_s(STRAIGHT, rig.parameters, rig.table)
+
+
+def test_parameters_are_the_config_in_numbers() -> None:
+    p = drive_parameters(Drive(plant="B", wheel_loop="pid", acceleration_mps2=0.3), DT_S)
+
+    assert isinstance(p, DriveParameters)
+    assert p.plant == PLANTS["B"]
+    assert (p.wheel_loop, p.acceleration_mps2, p.dt_s) == (1, 0.3, DT_S)
+    assert drive_parameters(Drive(plant=PLANTS["C"]), DT_S).plant == PLANTS["C"]

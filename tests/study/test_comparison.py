@@ -1,0 +1,220 @@
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Callable
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any, ClassVar
+
+import pandas as pd
+import pytest
+from rich.console import Console
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.study import comparison, provenance, records
+from hazbot_gym.study.comparison import plan, run_study
+from hazbot_gym.study.config import StudyConfig, load_study
+
+STUDY = load_study(
+    policies=["constant:1.0", "constant:0.5"],
+    sets=["E*", "Crossing"],
+    episodes=3,
+    episodes_per_shard=2,
+    resamples=100,
+)
+
+
+class InlinePool:
+    """Runs blocks at once in this process, which is quicker than starting others."""
+
+    blocks: ClassVar[list[Any]] = []
+    fail_after: int | None = None
+
+    def __init__(self, *args: object, **kwargs: object) -> None:
+        InlinePool.blocks = []
+
+    def submit(self, run: Callable[[Any], Any], block: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        if self.fail_after is not None and len(self.blocks) >= self.fail_after:
+            future.set_exception(KeyboardInterrupt())
+        else:
+            future.set_result(run(block))
+            self.blocks.append(block)
+        return future
+
+    def shutdown(self, **kwargs: object) -> None:
+        pass
+
+
+@pytest.fixture
+def inline(monkeypatch: pytest.MonkeyPatch) -> type[InlinePool]:
+    monkeypatch.setattr(comparison, "ProcessPoolExecutor", InlinePool)
+    monkeypatch.setattr(InlinePool, "blocks", [])
+    monkeypatch.setattr(InlinePool, "fail_after", None)
+    return InlinePool
+
+
+@pytest.fixture(scope="module")
+def parallel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The study as two real processes run it."""
+    out = tmp_path_factory.mktemp("study") / "out"
+    run_study(STUDY, out, workers=2)
+    return out
+
+
+def said(run: Callable[[Console], object]) -> str:
+    out = io.StringIO()
+    run(Console(file=out, width=200))
+    return out.getvalue()
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+def test_a_study_leaves_one_row_an_episode_in_a_fixed_order(parallel: Path) -> None:
+    rows = pd.read_parquet(parallel / records.EPISODES)
+    found = list(rows[["scenario_set", "policy", "episode"]].itertuples(index=False, name=None))
+    assert found == [
+        (scenarios, policy, episode)
+        for scenarios in ("E*", "Crossing")
+        for policy in STUDY.policies
+        for episode in range(3)
+    ]
+
+
+def test_a_manifest_says_where_the_numbers_come_from(parallel: Path) -> None:
+    manifest = json.loads((parallel / records.MANIFEST).read_text())
+    assert manifest["study"] == STUDY.identity()
+    assert StudyConfig.model_validate(manifest["config"]) == STUDY
+    assert manifest["versions"]["gymnasium"]
+    assert manifest["started"].endswith("+00:00")
+
+
+def test_neither_workers_nor_processes_change_a_byte(
+    parallel: Path, inline: type[InlinePool], tmp_path: Path
+) -> None:
+    run_study(STUDY, tmp_path, workers=1)
+    here, there = contents(tmp_path), contents(parallel)
+    assert here.keys() == there.keys()
+    assert {name for name in here if here[name] != there[name]} <= {records.MANIFEST}
+
+
+def test_a_finished_study_is_not_run_again(inline: type[InlinePool], parallel: Path) -> None:
+    before = contents(parallel)
+    text = said(lambda console: run_study(STUDY, parallel, console=console))
+    assert inline.blocks == []
+    assert "8 of 8 shards are done already" in text
+    assert contents(parallel) == before
+
+
+def test_an_interrupted_study_goes_on_where_it_stopped(
+    inline: type[InlinePool], parallel: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(inline, "fail_after", 3)
+    with pytest.raises(KeyboardInterrupt):
+        run_study(STUDY, tmp_path)
+    assert not (tmp_path / records.EPISODES).exists()
+    assert not (tmp_path / records.SUMMARY).exists()
+    done = len(list((tmp_path / records.SHARDS).iterdir()))
+    assert 0 < done <= 3
+
+    monkeypatch.setattr(inline, "fail_after", None)
+    run_study(STUDY, tmp_path)
+    assert len(inline.blocks) == 8 - done
+    assert (tmp_path / records.SUMMARY).read_bytes() == (parallel / records.SUMMARY).read_bytes()
+
+
+def test_a_damaged_shard_is_run_again_and_said_so(inline: type[InlinePool], tmp_path: Path) -> None:
+    run_study(STUDY, tmp_path)
+    before = contents(tmp_path)
+    shards = [shard.path for shard in plan(STUDY, tmp_path)]
+    shards[2].write_bytes(shards[2].read_bytes()[:100])
+    shards[5].unlink()
+    text = said(lambda console: run_study(STUDY, tmp_path, console=console))
+    assert "6 of 8 shards are done already" in text
+    assert "1 damaged shard" in text
+    assert len(inline.blocks) == 2
+    after = contents(tmp_path)
+    assert {name for name in after if after[name] != before[name]} <= {records.MANIFEST}
+
+
+def test_results_of_other_code_are_run_again_and_said_so(
+    inline: type[InlinePool], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run_study(STUDY, tmp_path)
+    monkeypatch.setattr(provenance, "stamp", lambda data: "of other code")
+    text = said(lambda console: run_study(STUDY, tmp_path, console=console))
+    assert "8 shards of other code or data are run again" in text
+    assert len(inline.blocks) == 8
+
+
+def test_an_edited_policy_of_ones_own_is_run_again_and_no_other(
+    inline: type[InlinePool], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = tmp_path / "my_policy_under_test.py"
+    text = (
+        "import numpy as np\n"
+        "class Mine:\n"
+        "    def predict(self, observation, state=None, episode_start=None, deterministic=True):\n"
+        "        return np.full((*np.shape(observation)[:-1], 1), 0.5, np.float32), state\n"
+    )
+    source.write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    study = load_study(
+        policies=["constant:1.0", "my_policy_under_test:Mine"], sets=["E*"], episodes=1
+    )
+    run_study(study, tmp_path / "out")
+    assert len(inline.blocks) == 2
+    source.write_text(text + "# better\n")
+    run_study(study, tmp_path / "out")
+    assert [block.policy for block in inline.blocks] == ["my_policy_under_test:Mine"]
+
+
+def test_a_folder_of_another_study_is_refused_and_left_alone(
+    inline: type[InlinePool], parallel: Path
+) -> None:
+    before = contents(parallel)
+    with pytest.raises(InvalidInput, match="holds another study"):
+        run_study(STUDY.model_copy(update={"seed": 9}), parallel)
+    assert inline.blocks == []
+    assert contents(parallel) == before
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"policies": ["constant:1.0", "constant:fraction=2"]}, "fraction"),
+        ({"policies": ["telepathy"]}, "telepathy"),
+        ({"sets": [{"name": "x", "env": "hazbot_gym/Nowhere-v0"}]}, "Nowhere"),
+        (
+            {
+                "sets": [
+                    {"name": "x", "env": "hazbot_gym/Circle-v0", "overrides": {"tier": "radar"}}
+                ]
+            },
+            "radar",
+        ),
+        (
+            {
+                "policies": ["fuzzy_expert"],
+                "sets": [
+                    {"name": "x", "env": "hazbot_gym/Circle-v0", "overrides": {"tier": "sonar"}}
+                ],
+            },
+            "tracks",
+        ),
+    ],
+)
+def test_bad_input_shows_before_anything_is_written(
+    inline: type[InlinePool], tmp_path: Path, change: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(InvalidInput, match=message) as raised:
+        run_study(load_study(episodes=1, **change), tmp_path / "out")
+    assert "\n" not in str(raised.value)
+    assert not (tmp_path / "out").exists()

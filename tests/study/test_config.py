@@ -1,0 +1,92 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.study.config import DEFAULT_SETS, ScenarioSet, load_study, parse_overrides
+
+
+def test_a_file_holds_deltas_and_changes_go_before_it(tmp_path: Path) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text("episodes: 7\nseed: 3\nsets: [E*, {name: mine, env: hazbot_gym/Circle-v0}]\n")
+    study = load_study(file, seed=4, tracks=None)
+    assert (study.episodes, study.seed) == (7, 4)
+    assert [scenarios.name for scenarios in study.all_sets] == ["E*", "mine"]
+    assert study.policies == load_study().policies
+
+
+def test_tracks_add_real_people_as_recorded_and_as_reacting(tmp_path: Path) -> None:
+    study = load_study(tracks=tmp_path)
+    added = study.all_sets[len(DEFAULT_SETS) :]
+    assert [scenarios.overrides["people"] for scenarios in added] == [
+        {"model": "replay"},
+        {"model": "seeded"},
+    ]
+    assert {scenarios.overrides["tracks"] for scenarios in added} == {str(tmp_path)}
+
+
+def test_equal_values_are_the_same_study_and_every_change_makes_another(tmp_path: Path) -> None:
+    changes = [
+        {"episodes": 3},
+        {"seed": 1},
+        {"tracks": tmp_path},
+        {"ssm": {"braking_mps2": 0.5}},
+        {"policies": ["constant:1.0"]},
+        {"sets": [ScenarioSet(name="E*", env="hazbot_gym/Circle-v0")]},
+    ]
+    identities = [load_study(**change).identity() for change in changes]
+    assert len({load_study().identity(), *identities}) == len(changes) + 1
+    assert load_study(seed=0).identity() == load_study().identity()
+
+
+@pytest.mark.parametrize(
+    ("change", "field", "allowed"),
+    [
+        ({"episodes": 0}, "episodes: given 0", "greater than or equal to 1"),
+        ({"episodez": 5}, "episodez", "episodes_per_shard"),
+        ({"sets": ["E9"]}, "sets: given 'E9'", "E5.5"),
+        ({"policies": []}, "policies", "at least 1"),
+        ({"policies": ["constant", "constant"]}, "policies: given 'constant' twice", "once"),
+        ({"reference": "constant:0.1"}, "reference: given 'constant:0.1'", "constant:0.25"),
+        ({"ssm": {"braking_mps2": 0}}, "ssm.braking_mps2: given 0", "greater than 0"),
+        ({"ssm": {"brakes": 1}}, "ssm.brakes", "unknown"),
+        ({"sets": [{"name": "x"}]}, "sets.0.env", "required"),
+        ({"tracks": "/no/such/folder"}, "tracks: given '/no/such/folder'", "not exist"),
+        ({"confidence": 1.0}, "confidence: given 1.0", "less than 1"),
+    ],
+)
+def test_bad_values_are_one_line_with_field_and_what_is_allowed(
+    change: dict[str, object], field: str, allowed: str
+) -> None:
+    with pytest.raises(InvalidInput) as raised:
+        load_study(**change)
+    message = str(raised.value)
+    assert field in message
+    assert allowed in message
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize("text", ["episodes: [", "- a\n- b\n", "5"])
+def test_a_file_that_is_no_mapping_is_one_line(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text(text)
+    with pytest.raises(InvalidInput, match="config: ") as raised:
+        load_study(file)
+    assert "\n" not in str(raised.value)
+
+
+def test_overrides_nest_and_are_read_as_yaml() -> None:
+    changes = ["tier=sonar", "people.count=[2, 4]", "people.speeds.mean_mps=1.2"]
+    assert parse_overrides(changes) == {
+        "tier": "sonar",
+        "people": {"count": [2, 4], "speeds": {"mean_mps": 1.2}},
+    }
+
+
+@pytest.mark.parametrize("changes", [["tier"], ["=3"], ["people.=3"], ["a=1", "a.b=2"], ["a=["]])
+def test_an_override_that_makes_no_sense_is_one_line(changes: list[str]) -> None:
+    with pytest.raises(InvalidInput, match="set: ") as raised:
+        parse_overrides(changes)
+    assert "\n" not in str(raised.value)

@@ -1,0 +1,49 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from hazbot_gym.study import provenance
+
+
+def test_a_digest_changes_with_every_name_and_every_content(tmp_path: Path) -> None:
+    (tmp_path / "deep").mkdir()
+    (tmp_path / "deep" / "a.csv").write_text("1")
+    digests = {provenance.digest(tmp_path)}
+    (tmp_path / "deep" / "a.csv").write_text("2")
+    digests.add(provenance.digest(tmp_path))
+    (tmp_path / "deep" / "a.csv").rename(tmp_path / "deep" / "b.csv")
+    digests.add(provenance.digest(tmp_path))
+    assert len(digests) == 3
+    assert provenance.digest(tmp_path / "deep" / "b.csv") not in digests
+
+
+def test_a_stamp_covers_code_versions_and_data(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "tracks.csv").write_text("frame,id,x,y\n")
+    stamps = {provenance.stamp(), provenance.stamp(tmp_path)}
+    monkeypatch.setattr(provenance, "versions", lambda: {"numpy": "0.0"})
+    stamps.add(provenance.stamp())
+    monkeypatch.setattr(provenance, "PACKAGE", tmp_path)
+    stamps.add(provenance.stamp())
+    assert len(stamps) == 4
+    assert provenance.stamp() == provenance.stamp()
+
+
+def test_an_install_outside_a_checkout_has_no_commit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(provenance, "PACKAGE", tmp_path / "hazbot_gym")
+    assert provenance.commit() is None
+
+
+def test_versions_name_what_is_installed() -> None:
+    versions = provenance.versions()
+    assert versions["python"].startswith("3.")
+    assert {"numpy", "gymnasium", "numba", "pymunk"} <= set(versions)
+
+
+def test_the_machine_is_described() -> None:
+    assert provenance.machine()["processor"]

@@ -1,0 +1,134 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.study import records
+
+ROWS = [
+    {"policy": "constant:0.5", "episode": k, "return": 0.1 * k, "outcome": ""} for k in range(3)
+]
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(path): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_rows_come_back_as_they_were_written(tmp_path: Path) -> None:
+    shard = tmp_path / "shards" / "one.parquet"
+    records.write_rows(shard, ROWS, "stamp")
+    found = records.read_rows(shard, rows=3, stamp="stamp")
+    assert not isinstance(found, records.Missing)
+    assert found.to_dict("records") == ROWS
+
+
+def test_a_shard_that_is_not_there_is_absent(tmp_path: Path) -> None:
+    assert records.read_rows(tmp_path / "x", rows=3, stamp="s") == records.Missing("absent")
+
+
+@pytest.mark.parametrize("cut", [0, 10, 0.5, -1])
+def test_a_shard_cut_short_is_damaged(tmp_path: Path, cut: float) -> None:
+    shard = tmp_path / "one.parquet"
+    records.write_rows(shard, ROWS, "s")
+    data = shard.read_bytes()
+    shard.write_bytes(data[: int(len(data) * cut) if 0 < cut < 1 else int(cut)])
+    assert records.read_rows(shard, rows=3, stamp="s") == records.Missing("damaged")
+
+
+def test_a_flipped_bit_in_the_data_is_damage(tmp_path: Path) -> None:
+    shard = tmp_path / "one.parquet"
+    records.write_rows(shard, [{"value": float(k)} for k in range(1000)], "s")
+    data = bytearray(shard.read_bytes())
+    data[len(data) // 3] ^= 1
+    shard.write_bytes(bytes(data))
+    assert records.read_rows(shard, rows=1000, stamp="s") == records.Missing("damaged")
+
+
+def test_a_shard_with_too_few_rows_is_damaged(tmp_path: Path) -> None:
+    shard = tmp_path / "one.parquet"
+    records.write_rows(shard, ROWS[:2], "s")
+    assert records.read_rows(shard, rows=3, stamp="s") == records.Missing("damaged")
+
+
+def test_a_shard_of_other_code_is_outdated(tmp_path: Path) -> None:
+    shard = tmp_path / "one.parquet"
+    records.write_rows(shard, ROWS, "old code")
+    assert records.read_rows(shard, rows=3, stamp="new code") == records.Missing("outdated")
+
+
+def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
+    path = tmp_path / "summary.json"
+    records.write_json(path, {"a": 1})
+
+    def fail(beside: Path) -> None:
+        beside.write_text("half")
+        raise RuntimeError("power cut")
+
+    with pytest.raises(RuntimeError, match="power cut"):
+        records.write_atomically(path, fail)
+    assert [p.name for p in tmp_path.iterdir()] == ["summary.json"]
+    assert json.loads(path.read_text()) == {"a": 1}
+
+
+def test_json_is_sorted_and_refuses_what_is_not_finite(tmp_path: Path) -> None:
+    records.write_json(tmp_path / "a.json", {"b": 1, "a": {"d": None, "c": "m²"}})
+    assert (tmp_path / "a.json").read_text(encoding="utf-8") == (
+        '{\n  "a": {\n    "c": "m²",\n    "d": null\n  },\n  "b": 1\n}\n'
+    )
+    with pytest.raises(ValueError, match="JSON"):
+        records.write_json(tmp_path / "a.json", {"x": float("nan")})
+
+
+def test_a_new_an_empty_and_an_own_folder_can_be_claimed(tmp_path: Path) -> None:
+    records.claim(tmp_path / "new", "me")
+    assert not (tmp_path / "new").exists()
+    records.claim(tmp_path, "me")
+    records.write_json(tmp_path / records.MANIFEST, {"study": "me"})
+    records.claim(tmp_path, "me")
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("thesis.tex", "precious", "no study's"),
+        ("manifest.json", "{ half a manif", "no study's"),
+        ("manifest.json", '["not", "ours"]', "no study's"),
+        ("manifest.json", '{"study": "other"}', "another study"),
+    ],
+)
+def test_a_foreign_folder_is_refused_in_one_line_and_left_alone(
+    tmp_path: Path, name: str, text: str, message: str
+) -> None:
+    (tmp_path / name).write_text(text)
+    before = contents(tmp_path)
+    with pytest.raises(InvalidInput, match=message) as raised:
+        records.claim(tmp_path, "me")
+    assert "\n" not in str(raised.value)
+    assert contents(tmp_path) == before
+
+
+def test_a_file_is_no_folder(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(InvalidInput, match="is a file"):
+        records.claim(tmp_path / "file", "me")
+
+
+def test_a_folder_that_cannot_be_made_is_one_line(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(InvalidInput, match="cannot write") as raised:
+        records.write_json(tmp_path / "file" / "summary.json", {})
+    assert "\n" not in str(raised.value)
+
+
+def test_leftovers_of_a_killed_run_are_swept_and_nothing_else(tmp_path: Path) -> None:
+    (tmp_path / "shards").mkdir()
+    keep = [tmp_path / "notes.tmp", tmp_path / "shards" / "a.parquet"]
+    leftovers = [tmp_path / ".summary.json.x.tmp", tmp_path / "shards" / ".a.parquet.y.tmp"]
+    for path in keep + leftovers:
+        path.write_text("")
+    records.sweep(tmp_path)
+    assert all(path.exists() for path in keep)
+    assert not any(path.exists() for path in leftovers)

@@ -1,0 +1,121 @@
+from __future__ import annotations
+
+import io
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from rich.console import Console
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.study.config import ScenarioSet, StudyConfig
+from hazbot_gym.study.summary import COMPARED, HEADLINE, RATES, means, summarise, summarise_one
+from hazbot_gym.study.tables import study_tables
+
+STUDY = StudyConfig(
+    policies=("constant:0.5", "fuzzy_expert:rules=complete32"),
+    sets=tuple(ScenarioSet(name=name, env="hazbot_gym/Corridor-v0") for name in ("easy", "hard")),
+    episodes=20,
+    resamples=200,
+)
+
+
+def made_up_rows(study: StudyConfig = STUDY) -> list[dict[str, object]]:
+    """Rows in which the second policy intrudes by exactly 0.5 m2 less in every scenario."""
+    rows = []
+    for scenarios in study.sets:
+        for better, policy in enumerate(study.policies):
+            rng = np.random.default_rng(0)
+            for index in range(study.episodes):
+                luck = rng.normal()
+                rows.append(
+                    dict.fromkeys((*HEADLINE, *RATES), 0)
+                    | {
+                        "policy": policy,
+                        "scenario_set": scenarios.name,
+                        "episode": index,
+                        "seed": index,
+                        "scenario_key": str(index),
+                        "ssm_profile": study.ssm.profile(),
+                        "arrived": int(index > 1),
+                        "kinetic_intrusion_m2": 3.0 + luck - 0.5 * better,
+                        "time_ratio": 1.25,
+                        "return": -1234.5 + luck,
+                        "contact_speed_mps": float("nan"),
+                    }
+                )
+    return rows
+
+
+def test_every_policy_has_means_and_intervals_in_every_set_and_in_all() -> None:
+    summary = summarise(pd.DataFrame(made_up_rows()), STUDY)
+    assert list(summary["sets"]) == ["easy", "hard", "all sets"]
+    result = summary["sets"]["hard"]["constant:0.5"]
+    assert result["episodes"] == 20
+    assert result["metrics"]["arrived"]["mean"] == 0.9
+    assert result["metrics"]["arrived"]["low"] == pytest.approx(0.699, abs=1e-3)  # Wilson
+    assert result["metrics"]["time_ratio"] == {"mean": 1.25, "low": 1.25, "high": 1.25}
+    assert result["metrics"]["contact_speed_mps"] == {"mean": None, "low": None, "high": None}
+    assert not {"episode", "seed"} & set(result["metrics"])
+    assert summary["sets"]["all sets"]["constant:0.5"]["episodes"] == 40
+
+
+def test_differences_are_paired_and_against_the_reference() -> None:
+    summary = summarise(pd.DataFrame(made_up_rows()), STUDY)
+    policy = summary["sets"]["easy"]["fuzzy_expert:rules=complete32"]
+    assert set(policy["difference"]) == set(COMPARED)
+    assert policy["difference"]["kinetic_intrusion_m2"] == {"mean": -0.5, "low": -0.5, "high": -0.5}
+    width = policy["metrics"]["kinetic_intrusion_m2"]
+    assert width["high"] - width["low"] > 0.3
+
+
+def test_the_same_rows_give_the_same_bytes() -> None:
+    one, other = (
+        json.dumps(summarise(pd.DataFrame(made_up_rows()), STUDY), allow_nan=False)
+        for _ in range(2)
+    )
+    assert one == other
+
+
+def test_rows_of_two_profiles_do_not_mix() -> None:
+    rows = made_up_rows()
+    rows[3]["ssm_profile"] = "another"
+    with pytest.raises(InvalidInput, match="different thresholds"):
+        summarise(pd.DataFrame(rows), STUDY)
+
+
+def test_policies_must_have_met_the_same_scenarios() -> None:
+    rows = made_up_rows()
+    rows[3]["scenario_key"] = "another"
+    with pytest.raises(InvalidInput, match="episode 3 of 'easy'"):
+        summarise(pd.DataFrame(rows), STUDY)
+
+
+def test_means_leave_out_what_is_not_defined() -> None:
+    rows = made_up_rows()[:4]
+    rows[0]["time_ratio"] = float("nan")
+    for row in rows:
+        row["return"] = float("nan")
+    assert means(rows)["time_ratio"] == 1.25
+    assert means(rows)["return"] is None
+    assert tuple(means(rows)) == HEADLINE
+
+
+def test_one_policy_is_summarised_like_the_same_policy_in_a_study() -> None:
+    rows = made_up_rows()
+    alone = summarise_one(rows[:20], seed=0)
+    within = summarise(pd.DataFrame(rows), STUDY)["sets"]["easy"]["constant:0.5"]
+    assert alone["metrics"]["arrived"] == within["metrics"]["arrived"]
+    assert alone["metrics"]["return"]["mean"] == within["metrics"]["return"]["mean"]
+
+
+def test_the_table_fits_120_columns_with_nothing_cut_off() -> None:
+    out = io.StringIO()
+    console = Console(file=out, width=120)
+    console.print(study_tables(summarise(pd.DataFrame(made_up_rows()), STUDY)))
+    lines = out.getvalue().splitlines()
+    assert max(map(len, lines)) <= 120
+    assert "…" not in out.getvalue()
+    for text in ("easy", "hard", "all sets", "rules=complete32", "-1235", "90", "70..97"):
+        assert text in out.getvalue()

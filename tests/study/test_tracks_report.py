@@ -1,0 +1,61 @@
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.study.tracks_report import describe
+
+GOOD = "# framerate: 10\n" + "".join(
+    f"1 {k} {0.1 * k} 0\n2 {k} {9 - 0.1 * k:.1f} 0.5\n" for k in range(91)
+)
+
+
+def printed(path: Path) -> str:
+    console = Console(file=io.StringIO(), width=140)
+    describe(path, console)
+    return console.file.getvalue()
+
+
+def test_numbers_and_patterns_of_every_recording_are_printed(tmp_path: Path) -> None:
+    (tmp_path / "first.txt").write_text(GOOD)
+    (tmp_path / "second [b].txt").write_text(GOOD)
+
+    lines = [line for line in printed(tmp_path).splitlines() if "first" in line]
+
+    assert "second [b]" in printed(tmp_path)
+    people, patterns = ([cell.strip() for cell in line.split("│")] for line in lines)
+    assert people[2:6] == ["2", "9", "2/2", "1.00 ± 0.00"]
+    assert patterns[2:7] == ["0", "0", "0", "2 (0.54)", "0"]  # hypot(0.2, 0.5), sampled at 4.4 s
+
+
+def test_single_file_can_be_described(tmp_path: Path) -> None:
+    (tmp_path / "first.txt").write_text(GOOD)
+    (tmp_path / "second.txt").write_text("nonsense")
+
+    assert "second" not in printed(tmp_path / "first.txt")
+
+
+def test_faults_are_told_after_the_good_ones_are_printed(tmp_path: Path) -> None:
+    (tmp_path / "good.txt").write_text(GOOD)
+    (tmp_path / "bad.csv").write_text("frame,id,x,y\n1,2,3\n")
+    (tmp_path / "worse.csv").write_text("a,b\n1,2\n")
+    console = Console(file=io.StringIO(), width=140)
+
+    with pytest.raises(InvalidInput, match=r"^bad\.csv: [^\n]*; worse\.csv: [^\n]*$"):
+        describe(tmp_path, console)
+
+    assert "good" in console.file.getvalue()
+
+
+def test_jumping_tracks_and_lone_descriptions_are_remarked_on(tmp_path: Path) -> None:
+    (tmp_path / "jumps.txt").write_text(GOOD + "1 91 20 0\n")
+    (tmp_path / "lone.json").write_text("{}")
+
+    text = printed(tmp_path)
+
+    assert "warning: jumps: 1 steps faster than 5 m/s" in text
+    assert "note: lone.json describes no table beside it" in text

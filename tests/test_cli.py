@@ -1,0 +1,157 @@
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from hazbot_gym.cli import app
+
+METRICS = {
+    "arrived",
+    "timeout",
+    "contact_robot_caused",
+    "contact_person_caused",
+    "ssm_violation",
+    "kinetic_intrusion_m2",
+    "time_ratio",
+    "rms_jerk_mps3",
+    "return",
+}
+
+
+@pytest.fixture(autouse=True)
+def empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    folder = tmp_path / "working_folder"
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    return folder
+
+
+def hazbot(*arguments: str) -> Result:
+    return CliRunner().invoke(app, arguments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        ("study --config missing.yaml", "missing.yaml"),
+        ("study --episodes 0", "episodes"),
+        ("study --seed -1", "seed"),
+        ("study --workers 0", "workers"),
+        ("study --tracks /no/such/folder", "/no/such/folder"),
+        ("study --episodes many", "many"),
+        ("study --epsiodes 3", "--epsiodes"),
+        ("eval", "--policy"),
+        ("eval --policy telepathy", "telepathy"),
+        ("eval --policy constant:2", "fraction"),
+        ("eval --policy constant:speed=0.5", "speed"),
+        ("eval --policy no_such_module:Policy", "no_such_module"),
+        ("eval --policy constant --env CartPole-v1", "CartPole-v1"),
+        ("eval --policy constant --env hazbot_gym/Nowhere-v0", "Nowhere"),
+        ("eval --policy constant --scenario E9", "E9"),
+        ("eval --policy constant --episodes 0", "episodes"),
+        ("eval --policy constant --seed -1", "seed"),
+        ("eval --policy constant --set tier=radar", "radar"),
+        ("eval --policy constant --set people.cuont=3", "cuont"),
+        ("eval --policy constant --set tier", "tier"),
+        ("eval --policy constant --set place=nowhere", "nowhere"),
+        ("eval --policy fuzzy_expert --set tier=sonar", "tracks"),
+        ("eval --policy constant --env hazbot_gym/Replay-v0 --set tracks=/no/such", "/no/such"),
+        ("tracks /no/such/folder", "/no/such/folder"),
+        ("bench --json no/such/folder/bench.json", "bench.json"),
+        ("frobnicate", "frobnicate"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(
+    arguments: str, named: str, empty_folder: Path
+) -> None:
+    result = hazbot(*arguments.split())
+    assert result.exit_code == 2, result.output
+    assert result.stdout == ""
+    (line,) = result.stderr.splitlines()
+    assert line.startswith("hazbot: ")
+    assert named in line
+    assert list(empty_folder.iterdir()) == []
+
+
+def test_a_foreign_output_folder_is_left_alone(empty_folder: Path) -> None:
+    (empty_folder / "thesis.tex").write_text("precious")
+    result = hazbot("study", "--out", ".")
+    assert result.exit_code == 2
+    assert len(result.stderr.splitlines()) == 1
+    assert [path.name for path in empty_folder.iterdir()] == ["thesis.tex"]
+
+
+def test_eval_prints_json_and_nothing_else(empty_folder: Path) -> None:
+    arguments = (
+        "eval --policy constant:0.5 --env hazbot_gym/Crossing-v0 --episodes 2 --seed 3 --json"
+    )
+    result = hazbot(*arguments.split())
+    assert result.exit_code == 0, result.output
+    found = json.loads(result.stdout)
+    assert list(found) == ["policy", "env", "episodes", "seed", "metrics"]
+    assert (found["policy"], found["episodes"], found["seed"]) == ("constant:0.5", 2, 3)
+    assert found["env"] == "hazbot_gym/Crossing-v0"
+    assert set(found["metrics"]) == METRICS
+    assert all(isinstance(value, float) for value in found["metrics"].values())
+    assert list(empty_folder.iterdir()) == []
+
+
+def test_eval_says_the_same_twice() -> None:
+    arguments = ["eval", "--policy", "constant", "--scenario", "C*", "--episodes", "1", "--json"]
+    assert hazbot(*arguments).stdout == hazbot(*arguments).stdout
+
+
+def test_eval_shows_a_table_for_people() -> None:
+    result = hazbot(
+        "eval", "--policy", "constant", "--episodes", "1", "--set", "people.count=[0, 0]"
+    )
+    assert result.exit_code == 0, result.output
+    assert "hazbot_gym/Corridor-v0: 1 episode " in result.stdout
+
+
+def test_list_shows_environments_scenarios_and_policies() -> None:
+    result = hazbot("list")
+    assert result.exit_code == 0
+    for name in ("hazbot_gym/Corridor-v0", "hazbot_gym/Replay-v0", "E5.5", "fuzzy_expert"):
+        assert name in result.stdout
+
+
+def test_study_writes_its_files_and_shows_a_table(empty_folder: Path) -> None:
+    (empty_folder / "tiny.yaml").write_text(
+        "policies: ['constant:1.0']\nsets: [E*]\nresamples: 100\n"
+    )
+    result = hazbot("study", "--config", "tiny.yaml", "--episodes", "1", "--workers", "1")
+    assert result.exit_code == 0, result.output
+    assert "E*: 1 episode " in result.stdout
+    written = {path.name for path in (empty_folder / "results" / "study").iterdir()}
+    assert written == {"manifest.json", "shards", "episodes.parquet", "summary.json"}
+
+
+def test_help_is_quick_and_loads_nothing_heavy() -> None:
+    command = (
+        "import sys; sys.argv = ['hazbot', '--help']\n"
+        "import hazbot_gym.cli\n"
+        "try: hazbot_gym.cli.main()\n"
+        "except SystemExit as end: assert end.code == 0\n"
+        "assert {'numba', 'pymunk', 'pandas', 'pyarrow', 'torch'}.isdisjoint(sys.modules)\n"
+    )
+    subprocess.run([sys.executable, "-c", command], check=True, capture_output=True)
+
+
+def test_the_package_runs_as_a_module_and_finds_policies_beside_it(empty_folder: Path) -> None:
+    (empty_folder / "mine.py").write_text(
+        "import numpy as np\n"
+        "class Mine:\n"
+        "    def predict(self, observation, state=None, episode_start=None, deterministic=True):\n"
+        "        return np.full((*np.shape(observation)[:-1], 1), 1.0, np.float32), state\n"
+    )
+    arguments = ["eval", "--policy", "mine:Mine", "--scenario", "E*", "--episodes", "1", "--json"]
+    done = subprocess.run(
+        [sys.executable, "-m", "hazbot_gym", *arguments], capture_output=True, text=True, check=True
+    )
+    assert json.loads(done.stdout)["metrics"]["time_ratio"] > 0

@@ -1,0 +1,24 @@
+"""Every file in ``configs/`` loads: studies as studies, all others as an environment's deltas."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from hazbot_gym.config import make_config
+from hazbot_gym.study.config import load_study
+
+ROOT = Path(__file__).parents[1]
+FILES = sorted((ROOT / "configs").glob("*.yaml"))
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
+def test_every_config_file_loads(path: Path) -> None:
+    load = load_study if path.stem.startswith("study") else make_config
+    assert load(path) != load()
+
+
+def test_the_quick_study_of_the_makefile_is_there() -> None:
+    assert ROOT / "configs" / "study.yaml" in FILES
+    assert "--config configs/study.yaml" in (ROOT / "Makefile").read_text(encoding="utf-8")

@@ -1,0 +1,139 @@
+"""Who may import whom: the rules of the house, read from the source."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import hazbot_gym
+
+PACKAGE = Path(hazbot_gym.__file__).parent
+
+# What each room may import besides itself, the errors and the package's version.
+BELOW = {
+    "__init__": (),
+    "__main__": ("cli",),
+    "cli": ("study", "policies", "envs", "sim", "task", "config", "core"),
+    "study": ("policies", "envs", "sim", "task", "config", "core"),
+    "envs": ("sim", "task", "config", "core"),
+    "policies": ("task.observation", "core"),
+    "sim": ("config", "core"),
+    "task": ("config", "core"),
+    "config": ("core",),
+    "core": (),
+    "errors": (),
+}
+
+# The only modules that may import a heavy library; a room's name stands for all its modules.
+HOMES = {
+    "pymunk": ("sim.world",),
+    "pygame": ("envs.rendering",),
+    "skfuzzy": ("policies.fuzzy_expert",),
+    "torch": ("envs.vector", "study.training", "policies.learned"),
+    "stable_baselines3": ("envs.vector", "study.training", "policies.learned"),
+    "sb3_contrib": ("study.training", "policies.learned"),
+    "pandas": ("study",),
+    "pyarrow": ("study",),
+    "matplotlib": ("study",),
+    "plotly": ("study",),
+    "numba": ("core",),
+    "typer": ("cli",),
+}
+
+
+def imported_modules(source: Path, package: Path) -> set[str]:
+    """Return the full names of what a file imports, at any depth; ``from a import b`` gives a.b."""
+    names = set()
+    here = (package.name, *source.relative_to(package).parent.parts)
+    for node in ast.walk(ast.parse(source.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = here[: len(here) - node.level + 1] if node.level else ()
+            parent = ".".join((*base, *(node.module or "").split("."))).strip(".")
+            names.update(f"{parent}.{alias.name}" for alias in node.names)
+    return names
+
+
+def is_within(name: str, rooms: tuple[str, ...]) -> bool:
+    return any(name == room or name.startswith(room + ".") for room in rooms)
+
+
+def violations(package: Path) -> list[str]:
+    """Return a line for each import that the rules forbid."""
+    found = []
+    for source in sorted(package.rglob("*.py")):
+        module = ".".join(source.relative_to(package).with_suffix("").parts)
+        room = module.split(".")[0]
+        allowed = (room, *BELOW[room], "errors", "__version__")
+        for name in sorted(imported_modules(source, package)):
+            library, _, rest = name.partition(".")
+            if library == package.name and rest and not is_within(rest, allowed):
+                found.append(f"{module} imports {rest}")
+            elif library in HOMES and not is_within(module, HOMES[library]):
+                found.append(f"{module} imports {library}")
+    return found
+
+
+def test_imports_point_one_way_and_heavy_libraries_stay_at_home() -> None:
+    assert violations(PACKAGE) == []
+
+
+@pytest.mark.parametrize(
+    ("file", "line", "complaint"),
+    [
+        ("core/pid.py", "from hazbot_gym.task import reward", "core.pid imports task.reward"),
+        ("core/pid.py", "from ..task.reward import terms", "core.pid imports task.reward.terms"),
+        ("task/reward.py", "import hazbot_gym.sim.world", "task.reward imports sim.world"),
+        (
+            "policies/base.py",
+            "from hazbot_gym.task import reward",
+            "policies.base imports task.reward",
+        ),
+        ("envs/corridor.py", "from hazbot_gym import policies", "envs.corridor imports policies"),
+        ("task/reward.py", "def f():\n    import torch.nn", "task.reward imports torch"),
+        ("sim/batch.py", "from pymunk import Body", "sim.batch imports pymunk"),
+    ],
+)
+def test_checker_catches_a_planted_violation(
+    tmp_path: Path, file: str, line: str, complaint: str
+) -> None:
+    planted = tmp_path / "hazbot_gym" / file
+    planted.parent.mkdir(parents=True)
+    planted.write_text(line + "\n")
+
+    assert violations(tmp_path / "hazbot_gym") == [complaint]
+
+
+@pytest.mark.parametrize(
+    ("file", "line"),
+    [
+        ("policies/base.py", "from hazbot_gym.task.observation import Layout"),
+        ("policies/base.py", "from hazbot_gym.task import observation"),
+        ("sim/world.py", "import pymunk"),
+        ("core/pid.py", "from hazbot_gym.errors import InvalidInput"),
+        ("study/report.py", "from hazbot_gym import __version__"),
+    ],
+)
+def test_checker_lets_allowed_imports_pass(tmp_path: Path, file: str, line: str) -> None:
+    allowed = tmp_path / "hazbot_gym" / file
+    allowed.parent.mkdir(parents=True)
+    allowed.write_text(line + "\n")
+
+    assert violations(tmp_path / "hazbot_gym") == []
+
+
+def test_importing_the_package_loads_no_heavy_library() -> None:
+    heavy = {*HOMES, "pydantic", "yaml", "rich", "scipy"}
+    command = "import sys, hazbot_gym; print(*sys.modules)"
+
+    loaded = subprocess.run(
+        [sys.executable, "-c", command], capture_output=True, text=True, check=True
+    ).stdout.split()
+
+    assert "gymnasium" in loaded
+    assert heavy.isdisjoint(loaded)
