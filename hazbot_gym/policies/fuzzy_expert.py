@@ -17,10 +17,10 @@ from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
 from hazbot_gym.core.fuzzy import SpeedRules, kept_fractions
-from hazbot_gym.core.state import CROSSING, NO_PATTERN, PATTERN_NAMES
+from hazbot_gym.core.state import CROSSING, NO_PATTERN, PATTERN_NAMES, Floats
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.policies.base import Actions, Observations, speed_action
-from hazbot_gym.task.observation import Layout, layout_of
+from hazbot_gym.task.observation import layout_of
 
 # --- terms and rules -----------------------------------------------------------------------------
 
@@ -93,6 +93,15 @@ RULES = {"literal8": literal_rules(), "complete32": complete_rules()}
 
 # --- the policy ----------------------------------------------------------------------------------
 
+PERSON_FIELDS = (
+    "present",
+    "distance_m",
+    "speed_mps",
+    "bearing_cos",
+    "closing_mps",
+    *PATTERN_NAMES,
+)
+
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid"))
 class FuzzyExpert:
@@ -143,34 +152,30 @@ class FuzzyExpert:
         kept = kept_fractions(distances, speeds, patterns, self.controller)
         return speed_action(kept.reshape(np.shape(observation)[:-1])), state
 
-    def _people(self, rows: Observations) -> tuple[Any, Any, Any]:
+    def _people(self, rows: Observations) -> tuple[Floats, Floats, npt.NDArray[np.int64]]:
         """Return distance, speed and pattern code of every person, each (N, K)."""
-        layout = layout_of(rows)
-        seen = layout.decode(rows)
-        count = _count_people(layout)
-
-        def gather(field: str) -> npt.NDArray[np.float64]:
-            columns = [seen[f"person{i}_{field}"] for i in range(count)]
-            return np.stack(columns, axis=-1).astype(np.float64)
-
-        distances = gather("distance_m")
-        counts = gather("present") > 0.5
+        present, distance, speed, bearing_cos, closing, *flags = _person_fields(rows)
+        counts = present > 0.5
         if self.release:
-            is_leaving = (gather("bearing_cos") < 0.0) & (gather("closing_mps") < 0.0)
-            counts &= ~(is_leaving & (distances > SENSITIVE_M))
-        flags = np.stack([gather(name) for name in PATTERN_NAMES], axis=-1)
-        patterns = np.where(flags.max(axis=-1) > 0.5, CROSSING + flags.argmax(axis=-1), NO_PATTERN)
-        return np.where(counts, distances, np.inf), gather("speed_mps"), patterns
+            is_leaving = (bearing_cos < 0.0) & (closing < 0.0)
+            counts &= ~(is_leaving & (distance > SENSITIVE_M))
+        has_pattern = np.max(flags, axis=0) > 0.5
+        pattern = np.where(has_pattern, CROSSING + np.argmax(flags, axis=0), NO_PATTERN)
+        return np.where(counts, distance, np.inf), speed, pattern
 
 
-def _count_people(layout: Layout) -> int:
-    count = sum(name.startswith("person") and name.endswith("_present") for name in layout.names)
+def _person_fields(rows: Observations) -> Floats:
+    """Return what the strategy reads of each person: (fields, N, K), in physical units."""
+    layout = layout_of(rows)
+    seen = layout.decode(rows)
+    count = sum(name.startswith("person") and name.endswith("_present") for name in seen)
     if count == 0:
         raise InvalidInput(
             "tier: the policy fuzzy_expert needs to see people, given are sonar observations; "
             "allowed are tier tracks and privileged"
         )
-    return count
+    people = [[seen[f"person{i}_{field}"] for i in range(count)] for field in PERSON_FIELDS]
+    return np.ascontiguousarray(np.swapaxes(people, 1, 2))
 
 
 # --- the same system in scikit-fuzzy -------------------------------------------------------------

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 FUZZY_PID, PID, IDEAL = 0, 1, 2
 WHEEL_LOOPS = ("fuzzy_pid", "pid", "ideal")
+LOST_M = 1.0  # along-track error with which nobody arrives: the wheel loop has diverged
 
 
 class DriveParameters(NamedTuple):
@@ -256,7 +257,7 @@ def _steps_to_end(
         drive_substep(robot, wheels, path, p, gain_table, np.uint64(0), step)
         update_pose_error(robot, path)
         if robot.s + robot.x_e >= goal_m:
-            return step
+            return step if abs(robot.x_e) < LOST_M else -1
     return -1
 
 

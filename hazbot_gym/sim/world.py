@@ -16,7 +16,8 @@ import pymunk
 
 from hazbot_gym.config import Config
 from hazbot_gym.core.fuzzy_pid import gain_table
-from hazbot_gym.core.jit import kernel
+from hazbot_gym.core.geometry import nearest_on_segment
+from hazbot_gym.core.jit import kernel, scalar
 from hazbot_gym.core.state import (
     PERSON_MASS_KG,
     PERSON_RADIUS_M,
@@ -27,6 +28,7 @@ from hazbot_gym.core.state import (
     WHEEL,
     Floats,
     Place,
+    Record,
     Records,
     as_record,
     records,
@@ -35,7 +37,11 @@ from hazbot_gym.sim.drive import drive, drive_parameters, free_time_s, start_dri
 from hazbot_gym.sim.people import move_people, social_step
 
 _ROBOT, _PERSON, _WALL = 1, 2, 3  # collision types
+_TOP_SPEED_MPS = 2.0  # the robot is never this fast
 _AWAY = 1.0e6  # where bodies of absent people are parked [m]
+
+# The setter itself: assignment goes through pymunk's check of attribute names and takes twice as long.
+_set_velocity = pymunk.Body.velocity.fset
 
 
 class Snapshot(NamedTuple):
@@ -60,6 +66,23 @@ class Contact(NamedTuple):
     person: int
 
 
+@scalar
+def _slack(people: Records, walls: Floats, robot: Record, dt_s: float) -> float:
+    """Return by how much nothing can reach the robot within dt, a lower bound [m]."""
+    slack = math.inf
+    for i in range(people.shape[0]):
+        me = people[i]
+        if me.status == PRESENT:
+            gap = math.hypot(me.x - robot.x, me.y - robot.y) - me.radius - ROBOT_RADIUS_M
+            slack = min(slack, gap - math.hypot(me.vx, me.vy) * dt_s)
+    for k in range(walls.shape[0]):
+        x, y = nearest_on_segment(
+            robot.x, robot.y, walls[k, 0], walls[k, 1], walls[k, 2], walls[k, 3]
+        )
+        slack = min(slack, math.hypot(x - robot.x, y - robot.y) - ROBOT_RADIUS_M)
+    return slack - _TOP_SPEED_MPS * dt_s
+
+
 @kernel
 def _people_step(
     people: Records,
@@ -71,12 +94,14 @@ def _people_step(
     key: np.uint64,
     step: int,
     dt_s: float,
-) -> None:
+) -> float:
+    """Move the people, let them choose a velocity, and return the robot's slack [m]."""
     if step > 0:
         move_people(people, dt_s)
     social_step(
         people, place, robots[0], force[0], reactions, recording, np.uint64(key), step, dt_s
     )
+    return _slack(people, place.walls, robots[0], dt_s)
 
 
 class World:
@@ -98,6 +123,7 @@ class World:
         self._reactions = np.concatenate([as_record(r) for r in config.people.reactions])
         self._tolerance_m = config.arrival_tolerance_m
         self.robots, self._wheels = records(ROBOT, 1), records(WHEEL, 2)
+        self._x, self._y = self.robots["x"], self.robots["y"]
         self._space = pymunk.Space()
         for kind in (_PERSON, _WALL):
             self._space.on_collision(_ROBOT, kind, begin=self._on_contact)
@@ -134,9 +160,7 @@ class World:
         self._is_placed = [False] * len(self._person_bodies)
         for i, body in enumerate(self._person_bodies):
             self._park(i, body)
-        robot = self.robots[0]
-        self._robot_body.position = float(robot["x"]), float(robot["y"])
-        self._robot_body.angle = float(robot["theta"])
+        self._robot_body.position = self._x[0], self._y[0]
         self._social(0)
 
     @property
@@ -155,16 +179,20 @@ class World:
         )
 
     def step(self, command_mps: float) -> None:
-        """Drive for one decision period at a commanded speed; stops short at a contact."""
+        """Drive for one decision period at a commanded speed; stops short at a contact.
+
+        A social period in which nothing comes within the robot's reach is one step for pymunk; else it
+        looks for contacts at every physics step.
+        """
         periods, substeps = self._clock.social_per_decision, self._clock.physics_per_social
         for period in range(self.decision * periods, (self.decision + 1) * periods):
-            for physics_step in range(period * substeps, (period + 1) * substeps):
-                self._physics(command_mps, physics_step)
+            stride = substeps if self._slack_m > 0.0 else 1
+            for elapsed in range(0, substeps, stride):
+                self._physics(command_mps, period * substeps + elapsed, stride)
                 if self.contact is not None:
-                    break
-            if self.contact is not None:
-                self._catch_up(physics_step + 1 - period * substeps)
-                break
+                    self._catch_up(elapsed + stride)
+                    self.decision += 1
+                    return
             self._social(period + 1)
         self.decision += 1
 
@@ -187,29 +215,27 @@ class World:
 
     # --- inside ----------------------------------------------------------------------------------
 
-    def _physics(self, command_mps: float, step: int) -> None:
-        """Advance the robot by a physics step; people's bodies keep their velocity."""
-        robots, body, dt_s = self.robots, self._robot_body, self._clock.physics_s
-        x, y, theta = body.position.x, body.position.y, body.angle
+    def _physics(self, command_mps: float, first_step: int, substeps: int) -> None:
+        """Drive the robot for some physics steps, and let pymunk move all bodies along in one."""
+        x, y = self._x[0], self._y[0]
         drive(
-            robots,
+            self.robots,
             self._wheels,
             self.place.path,
             command_mps,
             self._parameters,
             self._gains,
             self._key,
-            step,
-            1,
+            first_step,
+            substeps,
         )
-        robot = robots[0]
-        body.velocity = (robot["x"] - x) / dt_s, (robot["y"] - y) / dt_s
-        body.angular_velocity = (robot["theta"] - theta) / dt_s
+        dt_s = substeps * self._clock.physics_s
+        _set_velocity(self._robot_body, ((self._x[0] - x) / dt_s, (self._y[0] - y) / dt_s))
         self._space.step(dt_s)
 
     def _social(self, step: int) -> None:
         """Let everybody choose a velocity for the social period that begins, and hand it to the bodies."""
-        _people_step(
+        self._slack_m = _people_step(
             self.people,
             self.robots,
             self.place,
@@ -229,7 +255,7 @@ class World:
                 if not self._is_placed[i]:
                     body.position = xs[i], ys[i]
                     self._is_placed[i] = True
-                body.velocity = vxs[i], vys[i]
+                _set_velocity(body, (vxs[i], vys[i]))
             elif self._is_placed[i]:
                 self._park(i, body)
 

@@ -112,7 +112,7 @@ def test_events_of_a_pair_are_the_same_in_plain_python() -> None:
 
     assert events == [(LEADING, 3.0, 3.0), (LEADING, 2.0, 2.0)]
     assert samples[LEADING] == 16
-    assert pair_events(behind, ahead + [9.0, 0.0, 0.0, 0.0], 2, Thresholds(), samples) == []
+    assert pair_events(behind, np.add(ahead, [9, 0, 0, 0]), 2, Thresholds(), samples) == []
 
 
 def test_thresholds_can_be_moved() -> None:
