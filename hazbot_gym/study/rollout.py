@@ -10,14 +10,13 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
-from hazbot_gym.core.state import Floats, Records
+from hazbot_gym.core.state import ROBOT_RADIUS_M, Floats, Records
 from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.study.config import ScenarioSet
 from hazbot_gym.study.metrics import Episode, Row, SsmThresholds, measure
-from hazbot_gym.task.places import ROBOT_RADIUS_M
 
 _PERSON_COLUMNS = ("x", "y", "vx", "vy", "radius")
 
