@@ -66,7 +66,7 @@ class Drive(Section):
 
     nominal_speed_mps: Annotated[float, Gt(0)] = 0.5  # v_nom, action +1 (paper)
     start_speed_mps: Annotated[float, Ge(0)] = 0.0  # of robot and reference at reset
-    acceleration_mps2: Annotated[float, Gt(0)] = 0.5  # slew limit of the command, inf = none
+    acceleration_mps2: Annotated[float, Gt(0)] = 0.5  # slew limit of the command
     deceleration_mps2: Annotated[float, Gt(0)] = 1.0
     reflex_stop_m: Annotated[float, Ge(0)] = 0.0  # front ultrasonic reading that stops, 0 = off
     wheel_loop: Literal["fuzzy_pid", "pid", "ideal"] = "fuzzy_pid"  # ideal: as commanded, at once

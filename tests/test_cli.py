@@ -43,7 +43,7 @@ def hazbot(*arguments: str) -> Result:
         ("study --seed -1", "seed"),
         ("study --workers 0", "workers"),
         ("study --tracks /no/such/folder", "/no/such/folder"),
-        ("study --episodes many", "many"),
+        ("study --episodes many", "--episodes"),
         ("study --epsiodes 3", "--epsiodes"),
         ("eval", "--policy"),
         ("eval --policy telepathy", "telepathy"),

@@ -81,8 +81,8 @@ def path_length(path: Records) -> float:
 def path_pose(path: Records, s: float) -> tuple[float, float, float, float]:
     """Return x, y, heading and curvature at arc length s; beyond an end the path goes on straight.
 
-    On a piece with start (x0, y0, psi) and curvature k, with l = s - s0 (exact arc):
-    x = x0 + (sin(psi + k l) - sin psi)/k,  y = y0 - (cos(psi + k l) - cos psi)/k,  heading = psi + k l.
+    On a piece with start (x0, y0, psi) and curvature k, with l = s - s0 (exact arc): x = x0 +
+    (sin(psi + k l) - sin psi)/k,  y = y0 - (cos(psi + k l) - cos psi)/k,  heading = psi + k l.
     """
     i = 0
     while i + 1 < path.shape[0] and s >= path[i + 1].s:

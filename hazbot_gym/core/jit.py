@@ -7,8 +7,8 @@ Two kinds of functions are used throughout the library:
 - ``kernel``: a compiled loop over arrays, called from Python and cached on disk.
 
 numba looks only at the kernel's own file to decide whether a cached binary is still valid, although
-the binary contains code of every formula that the kernel calls. Kernels are therefore stamped with the
-state of the whole package.
+the binary contains code of every formula that the kernel calls. Kernels are therefore stamped with
+the state of the whole package.
 """
 
 from __future__ import annotations

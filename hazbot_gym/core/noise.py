@@ -1,8 +1,9 @@
 """Counter-based noise: every random number is a pure function of (key, stream, step, index).
 
-Two policies on the same scenario then meet the same noise however differently they act, both engines
-agree, and worlds can be stepped in any order. The generator is Philox4x32-10 (Salmon, Moraes, Dror and
-Shaw 2011, "Parallel random numbers: as easy as 1, 2, 3"), checked against its published known answers.
+Two policies on the same scenario then meet the same noise however differently they act, both
+engines agree, and worlds can be stepped in any order. The generator is Philox4x32-10 (Salmon,
+Moraes, Dror and Shaw 2011, "Parallel random numbers: as easy as 1, 2, 3"), checked against its
+published known answers.
 """
 
 from __future__ import annotations

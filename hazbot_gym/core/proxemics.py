@@ -1,8 +1,8 @@
 """Personal space: Hall's zones, and how deeply somebody's is entered.
 
 Source: E. T. Hall, The Hidden Dimension (1966), the distances that the paper builds its avoidance
-interval on (section 3.2.1). Distances here are clearances, between surfaces: people feel the nearest
-part of a robot, not its centre.
+interval on (section 3.2.1). Distances here are clearances, between surfaces: people feel the
+nearest part of a robot, not its centre.
 """
 
 from __future__ import annotations

@@ -4,9 +4,9 @@
 
 All terms are accelerations: mass is left out as in Helbing and Molnar 1995, "Social force model for
 pedestrian dynamics", Phys. Rev. E 51, 4282, whose constants are used unless a line says otherwise.
-The elliptical repulsion takes the relative step (Johansson, Helbing and Shukla 2007, "Specification of
-the social force pedestrian model by evolutionary adjustment to video tracking data", eq 5), which
-lets people see each other coming. Left out: groups, and panic.
+The elliptical repulsion takes the relative step (Johansson, Helbing and Shukla 2007, "Specification
+of the social force pedestrian model by evolutionary adjustment to video tracking data", eq 5),
+which lets people see each other coming. Left out: groups, and panic.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The nouns: what a robot, a wheel, a person, a track and a place are, as records in arrays.
 
-Both engines, the sensors, the observation and the reward speak of these records and of nothing else.
-SI units, radians counter-clockwise, x forward, y left. A record array is passed to kernels as it is;
-in kernels its fields are attributes (``people[i].vx``).
+Both engines, the sensors, the observation and the reward speak of these records and of nothing
+else. SI units, radians counter-clockwise, x forward, y left. A record array is passed to kernels as
+it is; in kernels its fields are attributes (``people[i].vx``).
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ WHEEL = np.dtype(
         ("speed", "f8"),  # actual angular velocity w [rad/s]
         ("drive", "f8"),  # motor input behind the extra lag of plant B
         ("integral", "f8"),  # integral of the control error [rad]
-        ("error", "f8"),  # control error of the last step [rad/s]
+        ("error", "f8"),  # control error of the last step, NaN before the first [rad/s]
         ("derivative", "f8"),  # filtered derivative of the control error [rad/s^2]
     ],
     align=True,
@@ -146,7 +146,8 @@ def as_record(parameters: Any) -> Records:
     """Return a named tuple of numbers as an array of one record with the same field names.
 
     Kernels read ``record[0].field`` like the named tuple's own attribute, but a record is handed to
-    compiled code seven times faster than a tuple of a dozen numbers. Nested tuples become nested records.
+    compiled code seven times faster than a tuple of a dozen numbers. Nested tuples become nested
+    records.
     """
     return np.array([_plain(parameters)], dtype=_record_type(parameters))
 

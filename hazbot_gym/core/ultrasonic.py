@@ -1,7 +1,7 @@
 """Ultrasonic range sensors in closed form: the first echo of a cone among discs and wall segments.
 
-An ultrasonic sensor answers with the distance of the nearest surface inside its cone. Against a disc
-or a segment that distance has a closed form, exact and far cheaper than a bundle of rays.
+An ultrasonic sensor answers with the distance of the nearest surface inside its cone. Against a
+disc or a segment that distance has a closed form, exact and far cheaper than a bundle of rays.
 Mounting: two in front at +-15 deg, one on each side (paper, section 2; SPEC section 4.2); half cone
 15 deg, 4 m, noise +-0.03 m (SPEC section 6). Left out: echoes over two walls, temperature.
 """
@@ -48,8 +48,8 @@ def mounting_angle(sensor: int, front_angle_rad: float) -> float:
 def disc_echo(dx: float, dy: float, radius: float, axis_rad: float, half_cone_rad: float) -> float:
     """Return the distance to a disc's nearest point inside the cone, or inf.
 
-    With d = |(dx, dy)|, phi = angle between the centre and the cone's axis, alpha = half cone:
-    phi <= alpha: d - r.  Else the nearest point lies on the cone's edge, delta = phi - alpha off the
+    With d = |(dx, dy)|, phi = angle between the centre and the cone's axis, alpha = half cone: phi
+    <= alpha: d - r.  Else the nearest point lies on the cone's edge, delta = phi - alpha off the
     centre: d cos(delta) - sqrt(r^2 - d^2 sin^2(delta)), if the edge meets the disc at all.
 
     Args:
@@ -95,8 +95,8 @@ def segment_echo(
 ) -> float:
     """Return the distance from the origin to a segment's nearest point inside the cone, or inf.
 
-    The nearest point is the foot of the perpendicular or an end, where these lie inside the cone, or
-    else where one of the cone's edges meets the segment. A surface that is met at more than
+    The nearest point is the foot of the perpendicular or an end, where these lie inside the cone,
+    or else where one of the cone's edges meets the segment. A surface that is met at more than
     ``miss_angle_rad`` from its normal reflects the pulse away (specular miss).
 
     Args:

@@ -53,11 +53,12 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
 
     ## Description
 
-    A wheeled robot (radius 0.30 m, 34 kg, two driven wheels and a castor) inspects along a given path.
-    A tracking controller steers; the agent only chooses how fast to go, ten times a second. People walk
-    in the same place: they cross, come the other way, walk ahead, or come straight at the robot. The robot
-    should arrive soon, keep out of people's personal space while it moves, and not stand in their way.
-    The system is that of Gao et al. 2022 (Chinese Journal of Mechanical Engineering), corrected.
+    A wheeled robot (radius 0.30 m, 34 kg, two driven wheels and a castor) inspects along a given
+    path. A tracking controller steers; the agent only chooses how fast to go, ten times a second.
+    People walk in the same place: they cross, come the other way, walk ahead, or come straight at
+    the robot. The robot should arrive soon, keep out of people's personal space while it moves, and
+    not stand in their way. The system is that of Gao et al. 2022 (Chinese Journal of Mechanical
+    Engineering), corrected.
 
     ## Action Space
 
@@ -66,33 +67,34 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
 
     ## Observation Space
 
-    ``Box`` of float32. Values are divided by the scale in the unit column. The tier ``sonar`` has only
-    the fields that do not begin with ``person``.
+    ``Box`` of float32. Values are divided by the scale in the unit column. The tier ``sonar`` has
+    only the fields that do not begin with ``person``.
 
     {observation_table}
 
     ## Transition Dynamics
 
-    The command passes a slew limit (+0.5, -1.0 m/s^2); a reference point moves along the path at that
-    speed; the tracking law (12c) and fuzzy-PID wheel loops at 100 Hz follow it on motors that do not
-    match. People choose their velocity every 0.05 s by social forces. Contacts are pymunk's.
+    The command passes a slew limit (+0.5, -1.0 m/s^2); a reference point moves along the path at
+    that speed; the tracking law (12c) and fuzzy-PID wheel loops at 100 Hz follow it on motors that
+    do not match. People choose their velocity every 0.05 s by social forces. Contacts are pymunk's.
 
     ## Reward
 
     A weighted sum of the terms in ``info["reward_terms"]`` (``task/reward.py``); the weights are
-    ``config.reward``. ``info["cost"]`` is the safety cost for constrained learning: the intrusion term,
-    plus 1 for a contact that the robot caused.
+    ``config.reward``. ``info["cost"]`` is the safety cost for constrained learning: the intrusion
+    term, plus 1 for a contact that the robot caused.
 
     ## Starting State
 
-    The robot is at rest at the start of its path. People are drawn so that they are met on the way; the
-    draw is a pure function of a key that ``reset(seed=...)`` takes from ``np_random``.
+    The robot is at rest at the start of its path. People are drawn so that they are met on the way;
+    the draw is a pure function of a key that ``reset(seed=...)`` takes from ``np_random``.
 
     ## Episode End
 
-    Terminated on arrival and on contact with a person or a wall, truncated after ``max_episode_steps``.
-    ``info["outcome"]`` then is ``arrived``, ``contact_person``, ``contact_wall`` or ``timeout``;
-    with a contact, ``info["contact_caused_by"]`` and ``info["contact_speed_mps"]`` say how it came.
+    Terminated on arrival and on contact with a person or a wall, truncated after
+    ``max_episode_steps``. ``info["outcome"]`` then is ``arrived``, ``contact_person``,
+    ``contact_wall`` or ``timeout``; with a contact, ``info["contact_caused_by"]`` and
+    ``info["contact_speed_mps"]`` say how it came.
 
     ## Arguments
 
@@ -160,8 +162,8 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         self._length_m = path_length(scenario.place.path.view(np.recarray))
         people = len(scenario.people)
         self._tracks = blank_tracks(people)
-        self._history = records(TRACK, (self.config.sensors.tracker.latency_steps + 1) * people)
-        self._history = self._history.reshape(-1, people)
+        memory = self.config.sensors.tracker.latency_steps + 1
+        self._history = records(TRACK, memory * people).reshape(memory, people)
         self._trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_STEPS)
         info = {
             "scenario_key": key,

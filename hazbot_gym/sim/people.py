@@ -1,11 +1,12 @@
 """How people move: one social step turns their state into velocities that hold until the next.
 
-Three models share one record type: scripted walkers stay on their route whatever happens, social-force
-walkers answer to people, walls and the robot, and replayed people follow a recording. People pick
-their velocities simultaneously, from everybody's old ones.
+Three models share one record type: scripted walkers stay on their route whatever happens,
+social-force walkers answer to people, walls and the robot, and replayed people follow a recording.
+People pick their velocities simultaneously, from everybody's old ones.
 
-Forces are soft; on top of them nobody walks into a body or a wall that is in plain reach: the part of
-the new velocity that would do so is taken away (``_hold_back``). A robot can still drive into people.
+Forces are soft; on top of them nobody walks into a body or a wall that is in plain reach: the part
+of the new velocity that would do so is taken away (``_hold_back``). A robot can still drive into
+people.
 """
 
 from __future__ import annotations
@@ -45,6 +46,7 @@ SIDESTEP_LENGTH_M = 1.5  # over which a scripted walker changes its lane
 ENTRY_ROOM_M = 0.7  # nobody enters where somebody stands within this distance
 ROBOT_ENTRY_ROOM_M = 2.0  # nor this near to the robot
 ROBOT_MARGIN_M = 0.05  # clearance that people keep from the robot when they can
+CATCH_UP_MPS = 2.5  # how fast a replayed person who went round the robot returns to its track
 BLOCKING_RANGE_M = 2.0  # clearance within which the robot can stand in somebody's way
 NEIGHBOUR_RANGE_M = 5.0  # people farther away than this push by less than 1e-5 m/s^2
 
@@ -167,6 +169,17 @@ def _robot_acceleration(
 
 
 @scalar
+def _keep_off_robot(
+    me: Record, robot: Record, vx: float, vy: float, dt_s: float
+) -> tuple[float, float]:
+    """Return a person's velocity without what would lead it into the robot within the step."""
+    dx, dy = robot.x - me.x, robot.y - me.y
+    distance = max(math.hypot(dx, dy), 1e-6)
+    gap = max(distance - me.radius - ROBOT_RADIUS_M - ROBOT_MARGIN_M, 0.0)
+    return _hold_back(vx, vy, dx / distance, dy / distance, gap / dt_s)
+
+
+@scalar
 def _keep_apart(
     people: Records, i: int, place: Place, robot: Record, dt_s: float
 ) -> None:
@@ -181,10 +194,7 @@ def _keep_apart(
         distance = max(math.hypot(dx, dy), 1e-6)
         gap = max(distance - me.radius - other.radius, 0.0)
         vx, vy = _hold_back(vx, vy, dx / distance, dy / distance, 0.5 * gap / dt_s)
-    dx, dy = robot.x - me.x, robot.y - me.y
-    distance = max(math.hypot(dx, dy), 1e-6)
-    gap = max(distance - me.radius - ROBOT_RADIUS_M - ROBOT_MARGIN_M, 0.0)
-    vx, vy = _hold_back(vx, vy, dx / distance, dy / distance, gap / dt_s)
+    vx, vy = _keep_off_robot(me, robot, vx, vy, dt_s)
     for k in range(place.walls.shape[0]):
         wx, wy = nearest_on_segment(
             me.x, me.y, place.walls[k, 0], place.walls[k, 1], place.walls[k, 2], place.walls[k, 3]
@@ -240,8 +250,14 @@ def _follow_script(me: Record, routes: Floats, dt_s: float) -> None:
 
 
 @scalar
-def _follow_recording(me: Record, recording: Floats, step: int, dt_s: float) -> None:
-    """Set the next velocity of a replayed person; NaN in the recording means absent."""
+def _follow_recording(
+    me: Record, robot: Record, recording: Floats, step: int, dt_s: float
+) -> None:
+    """Set the next velocity of a replayed person; NaN in the recording means absent.
+
+    People walk as recorded, but round a robot that stands in their way: nobody there had one to
+    see.
+    """
     if step + 1 >= recording.shape[0] or math.isnan(recording[step, me.route, 0]):
         me.status = WAITING if step + 1 < recording.shape[0] else GONE
         return
@@ -249,11 +265,18 @@ def _follow_recording(me: Record, recording: Floats, step: int, dt_s: float) -> 
         me.status = GONE
         return
     if me.status != PRESENT:
-        me.status = PRESENT
         me.x, me.y = recording[step, me.route, 0], recording[step, me.route, 1]
-    me.next_vx = (recording[step + 1, me.route, 0] - me.x) / dt_s
-    me.next_vy = (recording[step + 1, me.route, 1] - me.y) / dt_s
-    me.desired_speed = math.hypot(me.next_vx, me.next_vy)
+        if math.hypot(robot.x - me.x, robot.y - me.y) < me.radius + ROBOT_RADIUS_M + ROBOT_MARGIN_M:
+            return
+        me.status = PRESENT
+    vx = (recording[step + 1, me.route, 0] - me.x) / dt_s
+    vy = (recording[step + 1, me.route, 1] - me.y) / dt_s
+    speed = math.hypot(vx, vy)
+    if speed > CATCH_UP_MPS:
+        vx *= CATCH_UP_MPS / speed
+        vy *= CATCH_UP_MPS / speed
+    me.next_vx, me.next_vy = _keep_off_robot(me, robot, vx, vy, dt_s)
+    me.desired_speed = min(speed, CATCH_UP_MPS)
 
 
 @scalar
@@ -305,7 +328,7 @@ def social_step(
     for i in range(people.shape[0]):
         me = people[i]
         if me.model == REPLAY:
-            _follow_recording(me, recording, step, dt_s)
+            _follow_recording(me, robot, recording, step, dt_s)
         elif me.status == PRESENT:
             if me.model == SCRIPTED:
                 _follow_script(me, place.routes, dt_s)

@@ -1,7 +1,7 @@
 """What the robot's sensors report: four ultrasonic readings, and people as a tracker sees them.
 
-All noise is a pure function of (key, stream, decision, index), so that a policy that drives differently
-does not shift anybody's random numbers.
+All noise is a pure function of (key, stream, decision, index), so that a policy that drives
+differently does not shift anybody's random numbers.
 """
 
 from __future__ import annotations
@@ -112,8 +112,8 @@ def track_people(
     """Write what the tracker reports, from the oldest row of the history (its latency).
 
     A person is reported within range and in line of sight, both from where the robot is now. The
-    pattern label is given within 3.6 m (Hall's social distance, as in the track counts) and then kept
-    while the person stays that near: it says how the two met, not what the geometry is later.
+    pattern label is given within 3.6 m (Hall's social distance, as in the track counts) and then
+    kept while the person stays that near: it says how the two met, not what the geometry is later.
     """
     t = p.tracker
     row = (step + 1) % history.shape[0] if step + 1 >= history.shape[0] else 0

@@ -1,9 +1,9 @@
 """The reference engine: robot, people and walls as pymunk bodies in one space.
 
-pymunk (Chipmunk 7) integrates the bodies and finds the contacts; velocities come from the same formulas
-as in the batched engine (``drive``, ``people``). Bodies follow their records exactly until a contact, which
-ends the episode. One space serves all episodes: bodies are moved, not rebuilt; walls are replaced
-only when the place changes.
+pymunk (Chipmunk 7) integrates the bodies and finds the contacts; velocities come from the same
+formulas as in the batched engine (``drive``, ``people``). Bodies follow their records exactly until
+a contact, which ends the episode. One space serves all episodes: bodies are moved, not rebuilt;
+walls are replaced only when the place changes.
 """
 
 from __future__ import annotations
@@ -181,8 +181,8 @@ class World:
     def step(self, command_mps: float) -> None:
         """Drive for one decision period at a commanded speed; stops short at a contact.
 
-        A social period in which nothing comes within the robot's reach is one step for pymunk; else it
-        looks for contacts at every physics step.
+        A social period in which nothing comes within the robot's reach is one step for pymunk; else
+        it looks for contacts at every physics step.
         """
         periods, substeps = self._clock.social_per_decision, self._clock.physics_per_social
         for period in range(self.decision * periods, (self.decision + 1) * periods):

@@ -1,9 +1,10 @@
 """People who are drawn: who they are and where they start, as a pure function of a key.
 
 A scenario is drawn so that people are really met: a person is given a place on its route at the
-moment when a robot at nominal speed would be there too, and starts as far back as its own speed demands.
-What would start before the route begins enters later. Drawing is compiled and free of rejection loops
-without bound: a start that is taken eight times sends the person to the beginning of its route.
+moment when a robot at nominal speed would be there too, and starts as far back as its own speed
+demands. What would start before the route begins enters later. Drawing is compiled and free of
+rejection loops without bound: a start that is taken eight times sends the person to the beginning
+of its route.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """What a policy sees: one table of fields, which the encoder, the decoder and the docs all read.
 
-Every field has physical bounds; the observation holds it divided by its scale, so that all entries lie
-near [-1, 1]. Information tiers: ``sonar`` has no person fields; ``tracks`` has what the tracker reports;
-``privileged`` has the same fields filled from the true state.
+Every field has physical bounds; the observation holds it divided by its scale, so that all entries
+lie near [-1, 1]. Information tiers: ``sonar`` has no person fields; ``tracks`` has what the tracker
+reports; ``privileged`` has the same fields filled from the true state.
 """
 
 from __future__ import annotations

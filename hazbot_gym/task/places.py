@@ -1,11 +1,11 @@
 """Places as data: walls, the robot's path, and the routes that people walk.
 
-Built-in places are functions of a few lengths; a user's place is a YAML file of the same ingredients:
+Built-in places are functions of a few lengths; a user's place is a YAML file of the same
+ingredients:
 
-    name: my laboratory
-    walls: [[-2, 1.2, 14, 1.2], [-2, -1.2, 14, -1.2]]      # x1, y1, x2, y2 in m
-    path: {points: [[0, 0], [12, 0]], corner_radius_m: 1.0}
-    routes:                                                 # optional; along the path is always there
+    name: my laboratory walls: [[-2, 1.2, 14, 1.2], [-2, -1.2, 14, -1.2]]      # x1, y1, x2, y2 in m
+    path: {points: [[0, 0], [12, 0]], corner_radius_m: 1.0} routes:
+    # optional; along the path is always there
       - {points: [[6, -4], [6, 4]], room_m: 0.4}
 
 Every place offers routes along the path, with and against the robot; further routes cross it.

@@ -1,8 +1,8 @@
 """Real people in the robot's way: stretches of recordings, replayed, or used to seed walkers.
 
-``replay`` lets everybody walk exactly as recorded: nobody sees the robot. ``seed_people`` takes from each
-person only when and where it comes in, how fast it walks and where it leaves; the social-force model does
-the rest, so that these people do answer to the robot.
+``replay`` lets everybody walk as recorded, whatever the robot does (only not through it).
+``seed_people`` takes from each person only when and where it comes in, how fast it walks and where
+it leaves; the social-force model does the rest, so that these people do answer to the robot.
 """
 
 from __future__ import annotations

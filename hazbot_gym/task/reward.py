@@ -1,8 +1,8 @@
 """What a decision is worth: named, unweighted terms, each in a documented range.
 
-reward = sum over terms of weight * term (weights: ``RewardWeights`` in the config). There is no bonus for
-merely living and no cost that ends with the episode, so that running into somebody never pays; time
-presses through the arrival term, which is what is left of the time allowed.
+reward = sum over terms of weight * term (weights: ``RewardWeights`` in the config). There is no
+bonus for merely living and no cost that ends with the episode, so that running into somebody never
+pays; time presses through the arrival term, which is what is left of the time allowed.
 
 | term | range | meaning |
 |---|---|---|
@@ -38,8 +38,8 @@ PERSON_CAUSED_SHARE = 0.2  # what the robot is charged for a contact that a pers
 def intrusion(robot: Record, people: Records, nominal_speed_mps: float) -> float:
     """Return the deepest intrusion, scaled by the robot's own motion, in [0, 1].
 
-    Waiting beside a passing person is free; driving beside one is not (EVALUATION metric 14: comfort
-    falls with the robot's speed, Neggers et al. 2022).
+    Waiting beside a passing person is free; driving beside one is not (EVALUATION metric 14:
+    comfort falls with the robot's speed, Neggers et al. 2022).
     """
     deepest = 0.0
     for i in range(people.shape[0]):

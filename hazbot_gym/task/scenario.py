@@ -1,6 +1,7 @@
 """Where an episode's people come from: drawn, given one by one, replayed, or seeded from real tracks.
 
-A source turns a key into a scenario; the same key gives the same scenario, whoever drives through it.
+A source turns a key into a scenario; the same key gives the same scenario, whoever drives through
+it.
 """
 
 from __future__ import annotations
