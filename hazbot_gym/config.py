@@ -250,7 +250,7 @@ def read_yaml(path: Path) -> dict[str, Any]:
 
 
 def first_error(error: ValidationError) -> str:
-    """Return the first of pydantic's complaints as one line: field, what was given, what is allowed."""
+    """Return the first of pydantic's complaints as one line: field, what was given and allowed."""
     first = error.errors(include_url=False)[0]
     field = ".".join(str(part) for part in first["loc"]) or "config"
     message = first["msg"].removeprefix("Value error, ")

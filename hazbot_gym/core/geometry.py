@@ -6,6 +6,7 @@ arc length has a closed form and a curvature that the tracking controller can fe
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -19,7 +20,8 @@ STRAIGHT_PER_M = 1e-9  # curvature below which a piece is treated as a line [1/m
 @scalar
 def wrap_angle(angle: float) -> float:
     """Return the angle in (-pi, pi]."""
-    return math.pi - (math.pi - angle) % (2.0 * math.pi)
+    wrapped = math.pi - (math.pi - angle) % (2.0 * math.pi)
+    return wrapped if wrapped > -math.pi else math.pi  # the remainder may round up to 2 pi
 
 
 @scalar
@@ -81,8 +83,11 @@ def path_length(path: Records) -> float:
 def path_pose(path: Records, s: float) -> tuple[float, float, float, float]:
     """Return x, y, heading and curvature at arc length s; beyond an end the path goes on straight.
 
-    On a piece with start (x0, y0, psi) and curvature k, with l = s - s0 (exact arc): x = x0 +
-    (sin(psi + k l) - sin psi)/k,  y = y0 - (cos(psi + k l) - cos psi)/k,  heading = psi + k l.
+    On a piece with start (x0, y0, psi) and curvature k, with l = s - s0 (exact arc):
+
+        x = x0 + (sin(psi + k l) - sin psi)/k
+        y = y0 - (cos(psi + k l) - cos psi)/k
+        heading = psi + k l
     """
     i = 0
     while i + 1 < path.shape[0] and s >= path[i + 1].s:
@@ -108,7 +113,7 @@ def path_pose(path: Records, s: float) -> tuple[float, float, float, float]:
 
 @scalar
 def route_pose(routes: Floats, route: int, s: float) -> tuple[float, float, float, float]:
-    """Return the point of a route at arc length s and its unit tangent there; straight on at the ends.
+    """Return the point of a route at arc length s and its unit tangent there; straight on at ends.
 
     Args:
         routes: (R, K, 3) waypoints x, y and arc length, rows padded with their last waypoint [m].
@@ -140,7 +145,7 @@ def straight_path(points: Floats, corner_radius_m: float = 1.0) -> Records:
     if not np.all(lengths > 0.0):
         raise ValueError("two consecutive points of a path coincide")
     headings = np.arctan2(legs[:, 1], legs[:, 0])
-    turns = np.array([wrap_angle(b - a) for a, b in zip(headings, headings[1:], strict=False)])
+    turns = np.array([wrap_angle(b - a) for a, b in itertools.pairwise(headings)])
     cut = corner_radius_m * np.tan(np.abs(turns) / 2.0)  # what a rounding takes from each leg
     left_over = lengths - np.append(cut, 0.0) - np.append(0.0, cut)
     if not np.all(left_over >= -1e-12):

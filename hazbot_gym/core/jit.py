@@ -16,7 +16,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
 from numba.extending import register_jitable
@@ -36,11 +36,11 @@ def kernel(function: Function) -> Function:
     Division follows IEEE 754 (no exception on a zero divisor); nothing is reordered (no fast-math),
     so that results do not depend on the processor's vector width.
     """
-    compiled: Function = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+    compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
     # A private attribute of numba, held by tests/core/test_jit.py: numba has no public way to say
     # that a cached binary depends on other files.
-    compiled._cache._cache_file._source_stamp = _package_stamp()  # type: ignore[attr-defined]
-    return compiled
+    compiled._cache._cache_file._source_stamp = _package_stamp()
+    return cast(Function, compiled)
 
 
 @functools.cache

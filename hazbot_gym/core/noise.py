@@ -65,7 +65,7 @@ def uniform4(
 
 @scalar
 def normal_pair(u1: float, u2: float) -> tuple[float, float]:
-    """Return two independent standard normal numbers from two uniform ones (Box and Muller 1958)."""
+    """Return two independent standard normal numbers from two uniform ones (Box, Muller 1958)."""
     radius = math.sqrt(-2.0 * math.log(u1))
     angle = 2.0 * math.pi * u2
     return radius * math.cos(angle), radius * math.sin(angle)

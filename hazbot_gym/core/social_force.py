@@ -1,4 +1,4 @@
-"""Social forces: how people walk among people, walls and a robot (paper eqs 7 and 8a made executable).
+"""Social forces: how people walk among people, walls and a robot (paper eqs 7, 8a made to run).
 
     dv/dt = (v0 e - v)/tau + sum_b w(e, f_b) f_b + sum_walls f_w + w(e, f_r) f_r + f_sidestep
 
@@ -27,7 +27,7 @@ class SocialForce(NamedTuple):
     person_strength_mps2: Annotated[float, Ge(0)] = 7.0  # V0/sigma = 2.1/0.3 (HM95)
     person_range_m: Annotated[float, Gt(0)] = 0.3  # sigma (HM95)
     step_time_s: Annotated[float, Ge(0)] = 1.0  # how far ahead a step is seen; HM95: 2 s
-    wall_strength_mps2: Annotated[float, Ge(0)] = 10.0  # our choice; HM95 has U0/R = 50, for wide halls
+    wall_strength_mps2: Annotated[float, Ge(0)] = 10.0  # ours; HM95: 50, for wide halls
     wall_range_m: Annotated[float, Gt(0)] = 0.1  # R; HM95: 0.2 m
     robot_strength_mps2: Annotated[float, Ge(0)] = 7.0  # as towards a person
     robot_range_m: Annotated[float, Gt(0)] = 0.3  # as towards a person

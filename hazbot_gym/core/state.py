@@ -16,7 +16,7 @@ Floats = npt.NDArray[np.float64]
 Records = npt.NDArray[np.void]
 Record = Any  # one element of a record array; numba and numpy each have their own type for it
 
-# --- bodies (DESIGN section 2; the robot's mass: paper) ---------------------------------------------
+# --- bodies (DESIGN section 2; the robot's mass: paper) ------------------------------------------
 
 ROBOT_RADIUS_M, ROBOT_MASS_KG = 0.30, 34.0
 PERSON_RADIUS_M, PERSON_MASS_KG = 0.20, 80.0  # mass: Helbing, Farkas and Vicsek 2000

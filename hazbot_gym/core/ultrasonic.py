@@ -30,8 +30,8 @@ class Ultrasonic(NamedTuple):
     noise_m: Annotated[float, Ge(0)] = 0.03  # half width (SPEC section 6, Table 2)
     gaussian: bool = False  # uniform as in Table 2, or Gaussian with sigma = half width / 2
     miss_angle_rad: Annotated[float, Gt(0)] = math.pi / 2  # walls hit more slantingly give no echo
-    cross_talk: Annotated[float, Ge(0), Le(1)] = 0.0  # chance of hearing the neighbour's nearer echo
-    sequential: bool = False  # fire one after another, one sensor a decision, instead of all at once
+    cross_talk: Annotated[float, Ge(0), Le(1)] = 0.0  # chance of the neighbour's nearer echo
+    sequential: bool = False  # one sensor a decision, in turn, instead of all at once
 
 
 @scalar
@@ -48,9 +48,10 @@ def mounting_angle(sensor: int, front_angle_rad: float) -> float:
 def disc_echo(dx: float, dy: float, radius: float, axis_rad: float, half_cone_rad: float) -> float:
     """Return the distance to a disc's nearest point inside the cone, or inf.
 
-    With d = |(dx, dy)|, phi = angle between the centre and the cone's axis, alpha = half cone: phi
-    <= alpha: d - r.  Else the nearest point lies on the cone's edge, delta = phi - alpha off the
-    centre: d cos(delta) - sqrt(r^2 - d^2 sin^2(delta)), if the edge meets the disc at all.
+    With d = |(dx, dy)|, phi = angle between the centre and the cone's axis, alpha = half cone, the
+    distance is d - r if phi <= alpha. Else the nearest point lies on the cone's edge, delta =
+    phi - alpha off the centre: d cos(delta) - sqrt(r^2 - d^2 sin^2(delta)), if the edge meets the
+    disc at all.
 
     Args:
         dx: Centre of the disc relative to the sensor [m].

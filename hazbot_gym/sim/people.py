@@ -258,11 +258,11 @@ def _follow_recording(
     People walk as recorded, but round a robot that stands in their way: nobody there had one to
     see.
     """
-    if step + 1 >= recording.shape[0] or math.isnan(recording[step, me.route, 0]):
-        me.status = WAITING if step + 1 < recording.shape[0] else GONE
-        return
-    if math.isnan(recording[step + 1, me.route, 0]):
+    if step + 1 >= recording.shape[0]:
         me.status = GONE
+        return
+    if math.isnan(recording[step, me.route, 0]) or math.isnan(recording[step + 1, me.route, 0]):
+        me.status = WAITING
         return
     if me.status != PRESENT:
         me.x, me.y = recording[step, me.route, 0], recording[step, me.route, 1]

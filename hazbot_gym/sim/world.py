@@ -166,7 +166,7 @@ class World:
     @property
     def time_s(self) -> float:
         """Time since the reset [s]."""
-        return self.decision * self._clock.decision_s
+        return round(self.decision * self._clock.decision_s, 9)
 
     def free_time_s(self) -> float:
         """Return how long the robot would take along this path alone at full speed [s]."""

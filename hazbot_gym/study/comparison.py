@@ -17,7 +17,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pandas as pd
 from rich.console import Console
@@ -59,11 +59,11 @@ def run_study(
     """
     console = console or Console(quiet=True)
     records.claim(out, study.identity())
-    rehearse(study)
+    environments = rehearse(study)
     shards = list(plan(study, out))
     missing = _missing(shards, console)
     if missing or not (out / records.MANIFEST).exists():
-        records.write_json(out / records.MANIFEST, manifest(study))
+        records.write_json(out / records.MANIFEST, manifest(study, environments))
     _run(missing, workers=workers or os.cpu_count() or 1, console=console)
     rows = pd.concat([_read(shard) for shard in shards], ignore_index=True)
     summary = summarise(rows, study)
@@ -85,29 +85,37 @@ def plan(study: StudyConfig, out: Path) -> Iterator[Shard]:
                 yield Shard(block, out / records.SHARDS / _file_name(block), stamps[policy])
 
 
-def rehearse(study: StudyConfig) -> None:
+def rehearse(study: StudyConfig) -> dict[str, Any]:
     """Take one decision with every policy in every set, so that bad input shows before any work.
 
     It also compiles the kernels once, before the workers load them from the cache.
+
+    Returns:
+        The resolved config of every set's environment.
 
     Raises:
         InvalidInput: a policy or an environment cannot be made, or they do not fit each other.
     """
     made = [make_policy(policy) for policy in study.policies]
+    resolved = {}
     for scenarios in study.all_sets:
         env = make_env(scenarios)
         observation, _ = env.reset(seed=study.seed)
         for policy in made:
             action, _ = policy.predict(observation, deterministic=True)
         env.step(playable(action, env))
+        config = env.unwrapped.config  # type: ignore[attr-defined]
+        resolved[scenarios.name] = config.model_dump(mode="json")
         env.close()
+    return resolved
 
 
-def manifest(study: StudyConfig) -> dict[str, object]:
+def manifest(study: StudyConfig, environments: dict[str, Any]) -> dict[str, Any]:
     """Return where a study's numbers come from."""
     return {
         "study": study.identity(),
         "config": study.model_dump(mode="json"),
+        "environments": environments,
         "ssm_profile": study.ssm.profile(),
         "seed": study.seed,
         "versions": provenance.versions(),

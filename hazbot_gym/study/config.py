@@ -14,7 +14,7 @@ from typing import Annotated, Any
 
 import yaml
 from annotated_types import Ge, Gt, Lt, MinLen
-from pydantic import Field, ValidationError, field_validator
+from pydantic import Field, ValidationError, field_serializer, field_validator
 
 from hazbot_gym.config import Section, first_error, read_yaml
 from hazbot_gym.envs.registration import NAMESPACE
@@ -82,6 +82,10 @@ class StudyConfig(Section):
     confidence: Annotated[float, Gt(0), Lt(1)] = 0.95  # nominal coverage of the intervals
     resamples: Annotated[int, Ge(100)] = 2000  # of the bootstrap
     ssm: SsmThresholds = SsmThresholds()
+
+    @field_serializer("ssm")
+    def _thresholds_by_name(self, ssm: SsmThresholds) -> dict[str, float]:
+        return ssm._asdict()
 
     @field_validator("sets", mode="before")
     @classmethod

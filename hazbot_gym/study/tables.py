@@ -71,4 +71,4 @@ def _cells(metrics: dict[str, dict[str, float | None]]) -> Iterator[Text]:
 
 
 def _number(value: float | None, column: Column) -> str:
-    return "?" if value is None else f"{value * column.scale:.{column.digits}f}"
+    return "?" if value is None else f"{value * column.scale:z.{column.digits}f}"

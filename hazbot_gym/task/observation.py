@@ -44,7 +44,7 @@ def _field(name: str, unit: str, low: float, high: float, meaning: str) -> Field
 
 
 RANGE_FIELDS = tuple(
-    _field(f"range_{name}_m", "m", 0.0, SONAR_RANGE_M, f"ultrasonic reading, {name.replace('_', ' ')}")
+    _field(f"range_{name}_m", "m", 0.0, SONAR_RANGE_M, f"ultrasonic, {name.replace('_', ' ')}")
     for name in SENSOR_NAMES
 )
 ROBOT_FIELDS = (
@@ -66,7 +66,7 @@ PERSON_FIELDS = (
     _field("bearing_cos", "-", -1.0, 1.0, "cosine of that direction"),
     _field("speed_mps", "m/s", 0.0, 3.0, "speed of the person"),
     _field("closing_mps", "m/s", -3.5, 3.5, "rate at which the distance shrinks"),
-    _field("time_to_closest_s", "s", 0.0, HORIZON_S, "time to closest approach, both going straight on"),
+    _field("time_to_closest_s", "s", 0.0, HORIZON_S, "time to closest approach, straight on"),
     _field("closest_m", "m", 0.0, TRACKER_RANGE_M, "distance then"),
     *(_field(name, "-", 0.0, 1.0, f"1 if the walking pattern is {name}") for name in PATTERN_NAMES),
 )
@@ -163,7 +163,7 @@ def _put(out: npt.NDArray[np.float32], i: int, value: float) -> int:
 
 @scalar
 def _next_nearest(tracks: Records, robot: Record, beyond: float, last: int) -> int:
-    """Return the visible track that follows (distance ``beyond``, index ``last``) in nearness, or -1."""
+    """Return the visible track next in nearness to (distance ``beyond``, index ``last``), or -1."""
     best, best_distance = -1, math.inf
     for k in range(tracks.shape[0]):
         if tracks[k].visible == 0:

@@ -35,6 +35,7 @@ from hazbot_gym.task.track_statistics import entries
 from hazbot_gym.task.tracks import Recording, resample
 
 ATTEMPTS = 8  # to find a moment at which nobody stands at the robot's start
+EMPTY_STEPS = 4  # between two people in a slot, so that every decision can tell them apart
 START_ROOM_M = 1.5  # free distance to people at the start
 
 
@@ -101,14 +102,40 @@ def _on_clock(recording: Recording, dt_s: float) -> Floats:
 
 def replay(stretch: Stretch, duration_s: float, dt_s: float) -> tuple[Records, Floats]:
     """Return people and their positions (T, P, 2) from the stretch's start on, for at most a duration."""
-    positions = _on_clock(stretch.recording, dt_s)
+    positions = _in_slots(stretch.recording, dt_s)
     first = round(stretch.start_s / dt_s)
     part = positions[first : first + round(duration_s / dt_s) + 2]
-    part = np.ascontiguousarray(part[:, ~np.isnan(part[:, :, 0]).all(axis=0)])
     people = records(PERSON, part.shape[1])
     people["model"], people["status"], people["radius"] = REPLAY, WAITING, PERSON_RADIUS_M
     people["route"] = np.arange(part.shape[1])
     return people, part
+
+
+@functools.lru_cache(maxsize=32)
+def _in_slots(recording: Recording, dt_s: float) -> Floats:
+    """Return positions (T, S, 2) in which a slot serves one person after another, NaN in between.
+
+    A world then needs records for as many people as are there at once, not for all who ever come.
+    """
+    positions = _on_clock(recording, dt_s)
+    is_there = ~np.isnan(positions[:, :, 0])
+    free_from: list[int] = []
+    slots: list[list[int]] = []
+    for person in np.argsort(np.argmax(is_there, axis=0), kind="stable"):
+        steps = np.flatnonzero(is_there[:, person])
+        if not len(steps):
+            continue
+        slot = next((k for k, step in enumerate(free_from) if step < steps[0]), len(slots))
+        if slot == len(slots):
+            slots.append([])
+            free_from.append(0)
+        slots[slot].append(int(person))
+        free_from[slot] = int(steps[-1]) + EMPTY_STEPS
+    packed = np.full((len(positions), len(slots), 2), np.nan)
+    for k, members in enumerate(slots):
+        for person in members:
+            packed[is_there[:, person], k] = positions[is_there[:, person], person]
+    return packed
 
 
 def seed_people(

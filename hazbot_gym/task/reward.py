@@ -7,11 +7,11 @@ pays; time presses through the arrival term, which is what is left of the time a
 | term | range | meaning |
 |---|---|---|
 | progress | [0, 1] | reference point's advance in the decision / the advance at nominal speed |
-| intrusion | [0, 1] | deepest intrusion into somebody's personal space x the robot's speed / nominal speed |
+| intrusion | [0, 1] | deepest intrusion into a personal space x the robot's speed / nominal speed |
 | tracking | [0, 1] | cross-track and heading error, squared, 1 at 0.3 m or 0.5 rad |
 | smoothness | [0, 1] | squared change of the commanded speed / nominal speed |
 | burden | [0, 1] | largest share of a person's desired speed that the robot takes away |
-| contact | [0, 1] | at the end: half for the fact, half for the speed (1.5 m/s and more), a fifth if person-caused |
+| contact | [0, 1] | at the end: half for it, half for its speed (1.5 m/s); a fifth if person-caused |
 | arrival | [0, 1] | at the end: share of the time allowed that is left |
 """
 
@@ -53,12 +53,13 @@ def intrusion(robot: Record, people: Records, nominal_speed_mps: float) -> float
 @scalar
 def tracking_error(robot: Record) -> float:
     """Return the squared cross-track and heading error in units of what is tolerable, at most 1."""
-    return min((robot.y_e / CROSS_TRACK_M) ** 2 + (robot.theta_e / HEADING_RAD) ** 2, 1.0)
+    error = (robot.y_e / CROSS_TRACK_M) ** 2 + (robot.theta_e / HEADING_RAD) ** 2
+    return min(float(error), 1.0)
 
 
 @scalar
 def burden(people: Records) -> float:
-    """Return the largest share of its desired speed that the robot takes from anybody, in [0, 1]."""
+    """Return the largest share of its desired speed that the robot takes from a person, [0, 1]."""
     largest = 0.0
     for i in range(people.shape[0]):
         if people[i].status == PRESENT:

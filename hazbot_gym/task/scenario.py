@@ -1,7 +1,6 @@
-"""Where an episode's people come from: drawn, given one by one, replayed, or seeded from real tracks.
+"""Where an episode's people come from: drawn, given singly, replayed, or seeded from tracks.
 
-A source turns a key into a scenario; the same key gives the same scenario, whoever drives through
-it.
+A source turns a key into a scenario; the same key gives the same one, whoever drives through it.
 """
 
 from __future__ import annotations
@@ -121,7 +120,8 @@ def walkers_on_routes(walkers: tuple[Walker, ...], place: Place) -> tuple[Place,
     for i, walker in enumerate(walkers):
         start = np.array([walker.x_m, walker.y_m])
         speed = math.hypot(walker.vx_mps, walker.vy_mps)
-        direction = np.array([walker.vx_mps, walker.vy_mps]) / speed if speed else np.array([1.0, 0.0])
+        velocity = np.array([walker.vx_mps, walker.vy_mps])
+        direction = velocity / speed if speed else np.array([1.0, 0.0])
         routes[i] = [[*start, 0.0], [*(start + WALKER_REACH_M * direction), WALKER_REACH_M]]
         person = people[i]
         person["route"], person["model"], person["status"] = i, SCRIPTED, PRESENT

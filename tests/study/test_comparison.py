@@ -87,6 +87,7 @@ def test_a_manifest_says_where_the_numbers_come_from(parallel: Path) -> None:
     manifest = json.loads((parallel / records.MANIFEST).read_text())
     assert manifest["study"] == STUDY.identity()
     assert StudyConfig.model_validate(manifest["config"]) == STUDY
+    assert manifest["environments"]["E*"]["people"]["model"] == "scripted"
     assert manifest["versions"]["gymnasium"]
     assert manifest["started"].endswith("+00:00")
 
