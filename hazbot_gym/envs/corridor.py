@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 
 from hazbot_gym.config import Config, make_config
-from hazbot_gym.core.geometry import path_length
 from hazbot_gym.core.patterns import Thresholds
 from hazbot_gym.core.state import TRACK, as_record, records
 from hazbot_gym.core.ultrasonic import FRONT_RIGHT
@@ -27,16 +26,16 @@ from hazbot_gym.sim.perception import (
 from hazbot_gym.sim.world import Snapshot, World
 from hazbot_gym.task.observation import LAYOUTS, markdown_table, observe
 from hazbot_gym.task.outcome import (
-    ARRIVED,
     BY_ROBOT,
     CAUSE_NAMES,
     CONTACT_PERSON,
     CONTACT_WALL,
     DECISION,
+    NO_CONTACT,
     OUTCOME_NAMES,
     RUNNING,
     TIMEOUT,
-    contact_cause,
+    Rules,
 )
 from hazbot_gym.task.reward import CONTACT, INTRUSION, TERMS, judge
 from hazbot_gym.task.scenario import make_source
@@ -128,7 +127,9 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
             InvalidInput: A value cannot be used; one line says which and what is allowed.
         """
         if render_mode not in (None, *self.metadata["render_modes"]):
-            raise InvalidInput(f"render_mode: given {render_mode!r}, allowed are None and 'rgb_array'")
+            raise InvalidInput(
+                f"render_mode: given {render_mode!r}, allowed are None and 'rgb_array'"
+            )
         self.render_mode = render_mode
         self.config = make_config(config, preset=preset, scenario=scenario, **overrides)
         self._source = make_source(self.config)
@@ -145,6 +146,9 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         self._ranges = np.zeros(SENSORS)
         self._terms = np.zeros(len(TERMS))
         self._decision = records(DECISION, 1)
+        self._rules = as_record(
+            Rules(self.config.arrival_tolerance_m, self.config.max_episode_steps)
+        )
         self._free_times: dict[int, float] = {}
         self._is_over = True
 
@@ -158,8 +162,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         scenario = self._source.draw(key)
         self._world.reset(scenario.place, scenario.people, scenario.recording, key)
         self._key, self._is_over = key, False
-        self._horizon = self._max_episode_steps()
-        self._length_m = path_length(scenario.place.path.view(np.recarray))
+        self._rules["horizon"] = self._max_episode_steps()
         people = len(scenario.people)
         self._tracks = blank_tracks(people)
         memory = self.config.sensors.tracker.latency_steps + 1
@@ -189,9 +192,18 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         decision["advance"] = (robots["s"][0] - s_before) / full_m
         decision["command_change"] = (command_mps - command_before) / nominal
         decision["nominal_speed_mps"] = nominal
-        outcome = self._settle()
+        judge(
+            robots,
+            world.people,
+            world.place.path,
+            NO_CONTACT if world.contact is None else world.contact.person,
+            world.decision,
+            self._rules,
+            decision,
+            self._terms,
+        )
+        outcome = int(decision["outcome"][0])
         observation = self._observe()
-        judge(robots, world.people, decision, self._terms)
         info = self._info(self._terms)
         if outcome != RUNNING:
             self._is_over = True
@@ -200,7 +212,13 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
                 info["contact_caused_by"] = CAUSE_NAMES[decision["cause"][0]]
                 info["contact_speed_mps"] = float(decision["speed_mps"][0])
         is_terminated = outcome not in (RUNNING, TIMEOUT)
-        return observation, float(self._terms @ self._weights), is_terminated, outcome == TIMEOUT, info
+        return (
+            observation,
+            float(self._terms @ self._weights),
+            is_terminated,
+            outcome == TIMEOUT,
+            info,
+        )
 
     def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
         """Return a picture of the present state (H, W, 3), or None without a render mode."""
@@ -235,26 +253,6 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         """Return the command, or a stop if something is near in front and the reflex is on."""
         nearest_m = self._ranges[: FRONT_RIGHT + 1].min()
         return 0.0 if nearest_m < self.config.drive.reflex_stop_m else command_mps
-
-    def _settle(self) -> int:
-        """Write into the decision's record how the episode stands; return the outcome."""
-        world, decision = self._world, self._decision
-        outcome, cause, speed_mps = RUNNING, 0, 0.0
-        if world.contact is not None and world.contact.person >= 0:
-            outcome = CONTACT_PERSON
-            person = world.people.view(np.recarray)[world.contact.person]
-            cause, speed_mps = contact_cause(world.robots.view(np.recarray)[0], person)
-        elif world.contact is not None:
-            outcome, cause, speed_mps = CONTACT_WALL, BY_ROBOT, abs(float(world.robots["v"][0]))
-        elif self._length_m - world.robots["s"][0] - world.robots["x_e"][0] <= (
-            self.config.arrival_tolerance_m
-        ):
-            outcome = ARRIVED
-        elif world.decision >= self._horizon:
-            outcome = TIMEOUT
-        decision["outcome"], decision["cause"], decision["speed_mps"] = outcome, cause, speed_mps
-        decision["time_left"] = 1.0 - world.decision / self._horizon
-        return outcome
 
     def _observe(self) -> npt.NDArray[np.float32]:
         world = self._world
@@ -342,6 +340,9 @@ def _requested_key(options: dict[str, Any] | None, drawn: int) -> int:
     return int((options or {}).get("key", drawn))
 
 
-CorridorEnv.__doc__ = str(CorridorEnv.__doc__).replace(
-    "{observation_table}", markdown_table().replace("\n", "\n    ")
-).replace("{{", "{").replace("}}", "}")
+CorridorEnv.__doc__ = (
+    str(CorridorEnv.__doc__)
+    .replace("{observation_table}", markdown_table().replace("\n", "\n    "))
+    .replace("{{", "{")
+    .replace("}}", "}")
+)

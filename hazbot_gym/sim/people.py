@@ -112,7 +112,12 @@ def _acceleration(
         gap = max(distance - me.radius - other.radius, 0.01)
         sx, sy = force.step_time_s * (other.vx - me.vx), force.step_time_s * (other.vy - me.vy)
         fx, fy = elliptical_repulsion(
-            rx * gap / distance, ry * gap / distance, sx, sy, force.person_strength_mps2, force.person_range_m
+            rx * gap / distance,
+            ry * gap / distance,
+            sx,
+            sy,
+            force.person_strength_mps2,
+            force.person_range_m,
         )
         weight = view_weight(ex, ey, fx, fy, force)
         ax += weight * fx
@@ -154,11 +159,18 @@ def _robot_acceleration(
     robot_vx, robot_vy = robot.v * math.cos(robot.theta), robot.v * math.sin(robot.theta)
     sx, sy = force.step_time_s * (robot_vx - me.vx), force.step_time_s * (robot_vy - me.vy)
     fx, fy = elliptical_repulsion(
-        rx * gap / distance, ry * gap / distance, sx, sy, force.robot_strength_mps2, force.robot_range_m
+        rx * gap / distance,
+        ry * gap / distance,
+        sx,
+        sy,
+        force.robot_strength_mps2,
+        force.robot_range_m,
     )
     weight = reaction.gain * view_weight(ex, ey, fx, fy, force)
     ax, ay = weight * fx, weight * fy
-    if robot_vx * ex + robot_vy * ey < 0.5 * me.desired_speed:  # in the way: standing, slow or head-on
+    if (
+        robot_vx * ex + robot_vy * ey < 0.5 * me.desired_speed
+    ):  # in the way: standing, slow or head-on
         fx, fy = sidestep_force(-rx, -ry, ex, ey, gap, force)
         ax += fx
         ay += fy
@@ -180,9 +192,7 @@ def _keep_off_robot(
 
 
 @scalar
-def _keep_apart(
-    people: Records, i: int, place: Place, robot: Record, dt_s: float
-) -> None:
+def _keep_apart(people: Records, i: int, place: Place, robot: Record, dt_s: float) -> None:
     """Take away what of person i's new velocity would lead into a body or a wall within the step."""
     me = people[i]
     vx, vy = me.next_vx, me.next_vy
@@ -250,9 +260,7 @@ def _follow_script(me: Record, routes: Floats, dt_s: float) -> None:
 
 
 @scalar
-def _follow_recording(
-    me: Record, robot: Record, recording: Floats, step: int, dt_s: float
-) -> None:
+def _follow_recording(me: Record, robot: Record, recording: Floats, step: int, dt_s: float) -> None:
     """Set the next velocity of a replayed person; NaN in the recording means absent.
 
     People walk as recorded, but round a robot that stands in their way: nobody there had one to

@@ -62,9 +62,7 @@ def echo(sensor: int, robot: Record, people: Records, walls: Floats, p: Ultrason
             dx, dy = people[i].x - x, people[i].y - y
             reach = nearest + people[i].radius
             if dx * dx + dy * dy < reach * reach:
-                nearest = min(
-                    nearest, disc_echo(dx, dy, people[i].radius, axis, p.half_cone_rad)
-                )
+                nearest = min(nearest, disc_echo(dx, dy, people[i].radius, axis, p.half_cone_rad))
     for k in range(walls.shape[0]):
         nearest = min(
             nearest,

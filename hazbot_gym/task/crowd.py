@@ -50,7 +50,10 @@ PASSING_OFFSET_M = 0.5  # least lateral offset of people who mean to pass
 SIDESTEP_OFFSET_M = 0.8  # where a scripted head-on walker steps aside to
 SIDESTEP_AHEAD_M = 1.5  # distance at which it has done so, if the robot drove at nominal speed
 LEADER_GAP_M = (1.5, 5.0)  # initial distance of leaders
-CROSSING_EARLY_S, CROSSING_LATE_S = 3.0, 10.0  # spread of crossings around the robot's own time there
+CROSSING_EARLY_S, CROSSING_LATE_S = (
+    3.0,
+    10.0,
+)  # spread of crossings around the robot's own time there
 START_ROOM_M = 1.0  # free distance to others at the start
 ROBOT_ROOM_M = 1.4  # and to the robot
 ATTEMPTS = 8
@@ -145,9 +148,7 @@ def _choose_route(kinds: Floats, kind: int, u: float) -> int:
 
 
 @scalar
-def _start_on_route(
-    me: Record, place: Place, pattern: int, crowd: Crowd, u_when: float
-) -> float:
+def _start_on_route(me: Record, place: Place, pattern: int, crowd: Crowd, u_when: float) -> float:
     """Return the arc length on its route at which a person would be at time zero (may be negative)."""
     on_path, on_route = place.route_anchors[me.route, 0], place.route_anchors[me.route, 1]
     if pattern == LEADING:
@@ -211,7 +212,9 @@ def _has_room(people: Records, i: int, place: Place) -> bool:
 
 
 @scalar
-def _draw_person(people: Records, i: int, place: Place, crowd: Crowd, key: np.uint64, attempt: int) -> None:
+def _draw_person(
+    people: Records, i: int, place: Place, crowd: Crowd, key: np.uint64, attempt: int
+) -> None:
     """Draw everything about person i but whether there is room."""
     me = people[i]
     u_pattern, u_route, u_when, u_lane = uniform4(key, SCENARIO, attempt, 2 * i)
@@ -224,9 +227,13 @@ def _draw_person(people: Records, i: int, place: Place, crowd: Crowd, key: np.ui
     speed = crowd.mean_mps + crowd.sd_mps * normal_pair(u_speed, u_speed_2)[0]
     me.desired_speed = clip(speed, SPEED_LOW_MPS, SPEED_HIGH_MPS)
     if pattern == LEADING:
-        me.desired_speed = crowd.leader_low_mps + u_speed * (crowd.leader_high_mps - crowd.leader_low_mps)
+        me.desired_speed = crowd.leader_low_mps + u_speed * (
+            crowd.leader_high_mps - crowd.leader_low_mps
+        )
     me.model, me.radius = crowd.model, PERSON_RADIUS_M
-    me.reaction = _choose(u_reaction, crowd.share_attentive, crowd.share_inattentive, crowd.share_wary)
+    me.reaction = _choose(
+        u_reaction, crowd.share_attentive, crowd.share_inattentive, crowd.share_wary
+    )
     _lane(me, pattern, place.route_rooms[me.route], u_lane, crowd.model == SCRIPTED)
     _place_at(me, place, _start_on_route(me, place, pattern, crowd, u_when))
 

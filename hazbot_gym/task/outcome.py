@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from hazbot_gym.core.geometry import path_length
 from hazbot_gym.core.jit import scalar
-from hazbot_gym.core.state import Record
+from hazbot_gym.core.state import Record, Records
 
 RUNNING, ARRIVED, CONTACT_PERSON, CONTACT_WALL, TIMEOUT = range(5)
 OUTCOME_NAMES = ("running", "arrived", "contact_person", "contact_wall", "timeout")
@@ -27,6 +29,16 @@ DECISION = np.dtype(
     align=True,
 )
 
+
+class Rules(NamedTuple):
+    """When an episode ends."""
+
+    arrival_tolerance_m: float  # distance from the path's end that counts as arrived
+    horizon: int  # decisions allowed
+
+
+NO_CONTACT, WALL = -2, -1  # instead of a person's index
+
 MOVING_MPS = 0.05  # a slower robot stands (EVALUATION metric 2)
 
 
@@ -44,3 +56,35 @@ def contact_cause(robot: Record, person: Record) -> tuple[int, float]:
     by_robot = abs(robot.v) > MOVING_MPS and robot_closing > person_closing
     speed = math.hypot(robot_vx - person.vx, robot_vy - person.vy)
     return BY_ROBOT if by_robot else BY_PERSON, speed
+
+
+@scalar
+def settle(
+    decision: Record, robot: Record, people: Records, path: Records, contact: int, steps: int,
+    rules: Rules,
+) -> None:  # fmt: skip
+    """Write how the episode stands after a decision.
+
+    Args:
+        decision: Record of type ``DECISION``, written.
+        robot: The robot's record.
+        people: (P,) PERSON records.
+        path: (M,) records of the path.
+        contact: Index of the person in contact, ``WALL`` or ``NO_CONTACT``.
+        steps: Decisions taken so far.
+        rules: When an episode ends.
+    """
+    outcome, cause, speed_mps = RUNNING, NOBODY, 0.0
+    if contact >= 0:
+        outcome = CONTACT_PERSON
+        cause, speed_mps = contact_cause(robot, people[contact])
+    elif contact == WALL:
+        outcome, cause, speed_mps = CONTACT_WALL, BY_ROBOT, abs(robot.v)
+    elif path_length(path) - robot.s - robot.x_e <= rules.arrival_tolerance_m:
+        outcome = ARRIVED
+    elif steps >= rules.horizon:
+        outcome = TIMEOUT
+    decision.outcome = outcome
+    decision.cause = cause
+    decision.speed_mps = speed_mps
+    decision.time_left = 1.0 - steps / rules.horizon

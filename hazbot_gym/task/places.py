@@ -24,7 +24,13 @@ from annotated_types import Gt, MinLen
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from hazbot_gym.config import first_error
-from hazbot_gym.core.geometry import circle_path, nearest_on_segment, path_length, sample_path, straight_path
+from hazbot_gym.core.geometry import (
+    circle_path,
+    nearest_on_segment,
+    path_length,
+    sample_path,
+    straight_path,
+)
 from hazbot_gym.core.state import ACROSS, AGAINST, ALONG, ROBOT_RADIUS_M, Floats, Place, Records
 from hazbot_gym.errors import InvalidInput
 
@@ -77,10 +83,14 @@ class PlaceData(_Strict):
 
 def open_floor(*, length_m: float = 12.0) -> PlaceData:
     """Return a floor without walls and a straight path: the paper's simulations (section 5.2)."""
-    return PlaceData(name="open", path=PathData(points=[(0.0, 0.0), (length_m, 0.0)]), along_room_m=1.5)
+    return PlaceData(
+        name="open", path=PathData(points=[(0.0, 0.0), (length_m, 0.0)]), along_room_m=1.5
+    )
 
 
-def corridor(*, width_m: float = 2.4, length_m: float = 12.0, side_door_m: float = 1.6) -> PlaceData:
+def corridor(
+    *, width_m: float = 2.4, length_m: float = 12.0, side_door_m: float = 1.6
+) -> PlaceData:
     """Return a straight corridor with a door on either side, halfway, through which people cross."""
     half, middle, door = width_m / 2, length_m / 2, side_door_m / 2
     walls: list[Segment] = []
@@ -223,7 +233,9 @@ def load_place(name: str, options: Mapping[str, float] | None = None) -> Place:
         if option not in known:
             raise InvalidInput(f"place_options: given {option!r}, {name} takes {', '.join(known)}")
         if not 0.0 < value < 1000.0:
-            raise InvalidInput(f"place_options.{option}: given {value}, allowed is 0 < length < 1000")
+            raise InvalidInput(
+                f"place_options.{option}: given {value}, allowed is 0 < length < 1000"
+            )
     return build_place(PLACES[name](**(options or {})))
 
 

@@ -84,7 +84,9 @@ def _place(recording: Recording, *, is_reversed: bool) -> Place:
     frame = replay_frame(recording, is_reversed=is_reversed)
     path = PathData(points=[(float(x), float(y)) for x, y in (frame.start, frame.end)])
     walls = [tuple(float(v) for v in wall) for wall in frame.walls]
-    return build_place(PlaceData.model_validate({"name": recording.name, "walls": walls, "path": path}))
+    return build_place(
+        PlaceData.model_validate({"name": recording.name, "walls": walls, "path": path})
+    )
 
 
 def _is_start_free(recording: Recording, place: Place, start_s: float) -> bool:

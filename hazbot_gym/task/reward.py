@@ -23,7 +23,7 @@ from hazbot_gym.core.geometry import clip
 from hazbot_gym.core.jit import kernel, scalar
 from hazbot_gym.core.proxemics import intrusion_depth
 from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, Floats, Record, Records
-from hazbot_gym.task.outcome import ARRIVED, BY_PERSON, CONTACT_PERSON, CONTACT_WALL
+from hazbot_gym.task.outcome import ARRIVED, BY_PERSON, CONTACT_PERSON, CONTACT_WALL, settle
 
 TERMS = ("progress", "intrusion", "tracking", "smoothness", "burden", "contact", "arrival")
 PROGRESS, INTRUSION, TRACKING, SMOOTHNESS, BURDEN, CONTACT, ARRIVAL = range(7)
@@ -75,9 +75,7 @@ def contact_severity(cause: int, speed_mps: float) -> float:
 
 
 @scalar
-def reward_terms(
-    robot: Record, people: Records, decision: Record, out: Floats
-) -> None:
+def reward_terms(robot: Record, people: Records, decision: Record, out: Floats) -> None:
     """Write the unweighted terms of one decision.
 
     Args:
@@ -100,6 +98,27 @@ def reward_terms(
 
 
 @kernel
-def judge(robots: Records, people: Records, decisions: Records, out: Floats) -> None:
-    """Write the unweighted terms of one decision; ``reward_terms`` for arrays of one record."""
+def judge(
+    robots: Records,
+    people: Records,
+    path: Records,
+    contact: int,
+    steps: int,
+    rules: Records,
+    decisions: Records,
+    out: Floats,
+) -> None:
+    """Write how the episode stands and the unweighted terms of one decision.
+
+    Args:
+        robots: (1,) ROBOT record.
+        people: (P,) PERSON records.
+        path: (M,) records of the path.
+        contact: Index of the person in contact, ``WALL`` or ``NO_CONTACT``.
+        steps: Decisions taken so far.
+        rules: (1,) record of ``task.outcome.Rules``.
+        decisions: (1,) DECISION record; its first three fields are given, the others written.
+        out: (7,) terms in the order of ``TERMS``, written.
+    """
+    settle(decisions[0], robots[0], people, path, contact, steps, rules[0])
     reward_terms(robots[0], people, decisions[0], out)
