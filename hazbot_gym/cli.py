@@ -82,7 +82,7 @@ def evaluate(
     seed: Annotated[int, typer.Option(help="Root of all seeds.")] = 0,
     scenario: Annotated[str | None, typer.Option(help="A named scenario, e.g. E*.")] = None,
     change: Annotated[
-        list[str] | None, typer.Option("--set", help="Config value, e.g. people.count=4.")
+        list[str] | None, typer.Option("--set", help="Config value, e.g. people.count=[4,4].")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")] = False,
 ) -> None:

@@ -9,23 +9,30 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple, get_args
 
 import yaml
-from annotated_types import Ge, Gt, Le, MinLen
+from annotated_types import Ge, Gt, Le
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from hazbot_gym.core.fuzzy_pid import FuzzyPid
 from hazbot_gym.core.kinematics import Chassis
 from hazbot_gym.core.pid import PidGains, Plant
-from hazbot_gym.core.social_force import ATTENTIVE, CURIOUS, INATTENTIVE, WARY, Reaction, SocialForce
+from hazbot_gym.core.social_force import (
+    ATTENTIVE,
+    CURIOUS,
+    INATTENTIVE,
+    WARY,
+    Reaction,
+    SocialForce,
+)
 from hazbot_gym.core.tracking import TrackingGains
 from hazbot_gym.core.ultrasonic import Ultrasonic
 from hazbot_gym.errors import InvalidInput
 
-Pattern = Literal["crossing", "encountering", "leading", "confronting"]
-Share = Annotated[float, Ge(0), Le(1)]
+Family = Literal["crossing", "encountering", "leading", "confronting", "mixed"]
 Weight = Annotated[float, Ge(0)]
+Reactions = tuple[Reaction, Reaction, Reaction, Reaction]
 
 
 class Section(BaseModel):
@@ -111,12 +118,12 @@ class People(Section):
     """Who walks where, and how they answer to the robot."""
 
     model: Literal["scripted", "social_force", "replay", "seeded"] = "social_force"
-    family: Pattern | Literal["mixed"] = "mixed"  # pattern of the first person
+    family: Family = "mixed"  # pattern of the first person
     count: tuple[Annotated[int, Ge(0)], Annotated[int, Ge(0), Le(64)]] = (2, 5)  # fewest, most
     mix: tuple[Weight, Weight, Weight, Weight] = (0.25, 0.35, 0.2, 0.2)  # others' patterns
     speeds: Speeds = Speeds()
     force: SocialForce = SocialForce()
-    reactions: tuple[Reaction, Reaction, Reaction, Reaction] = (ATTENTIVE, INATTENTIVE, WARY, CURIOUS)
+    reactions: Reactions = (ATTENTIVE, INATTENTIVE, WARY, CURIOUS)
     reaction_shares: tuple[Weight, Weight, Weight, Weight] = (0.6, 0.2, 0.1, 0.1)
     walkers: tuple[Walker, ...] = ()  # if given, exactly these people instead of drawn ones
 
@@ -218,7 +225,7 @@ def make_config(
         InvalidInput: One line that names the field, what was given and what is allowed.
     """
     if isinstance(given, Config):
-        given = given.model_dump()
+        given = _as_mappings(given)
     elif isinstance(given, str | Path):
         given = read_yaml(Path(given))
     if scenario is not None and scenario not in SCENARIOS:
@@ -232,8 +239,8 @@ def make_config(
         raise InvalidInput(first_error(error)) from error
 
 
-def read_yaml(path: Path) -> dict[str, Any]:
-    """Return the mapping in a YAML file.
+def read_yaml(path: Path, what: str = "config") -> dict[str, Any]:
+    """Return the mapping in a YAML file; ``what`` names it in complaints.
 
     Raises:
         InvalidInput: The file cannot be read or does not hold a mapping.
@@ -241,36 +248,46 @@ def read_yaml(path: Path) -> dict[str, Any]:
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise InvalidInput(f"config: cannot read {path} ({error.strerror})") from error
+        raise InvalidInput(f"{what}: cannot read {path} ({error.strerror})") from error
     except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InvalidInput(f"config: {path} is not YAML ({str(error).splitlines()[0]})") from error
+        raise InvalidInput(f"{what}: {path} is not YAML ({str(error).splitlines()[0]})") from error
     if not isinstance(content, dict):
-        raise InvalidInput(f"config: {path} holds {type(content).__name__}, a mapping is needed")
+        raise InvalidInput(f"{what}: {path} holds {type(content).__name__}, a mapping is needed")
     return content
 
 
-def first_error(error: ValidationError) -> str:
+def first_error(error: ValidationError, model: type[BaseModel] = Config) -> str:
     """Return the first of pydantic's complaints as one line: field, what was given and allowed."""
-    first = error.errors(include_url=False)[0]
-    field = ".".join(str(part) for part in first["loc"]) or "config"
+    # Of a union's complaints the deepest is the one about what was meant.
+    first = max(error.errors(include_url=False), key=lambda each: len(each["loc"]))
+    location = [str(part) for part in first["loc"] if "[" not in str(part)]  # literal['A', 'B']
+    field = ".".join(location) or "config"
     message = first["msg"].removeprefix("Value error, ")
     if first["type"] == "value_error":
         return f"{field}: {message}"
     if first["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
-        return f"{field}: unknown key{_known_keys(first['loc'])}"
+        return f"{field}: unknown key{_known_keys(first['loc'], model)}"
     return f"{field}: given {first['input']!r}, {message[0].lower()}{message[1:]}"
 
 
-def _known_keys(location: tuple[int | str, ...]) -> str:
-    """Return the keys that are allowed where an unknown one was found, if that place is in Config."""
-    node: Any = Config
+def _known_keys(location: tuple[int | str, ...], model: type[BaseModel]) -> str:
+    """Return the keys that are allowed where an unknown one was found, if the model knows."""
+    node: Any = model
     for part in location[:-1]:
-        fields = getattr(node, "model_fields", None)
-        if fields is None or part not in fields:
-            return ""
-        node = fields[part].annotation
+        if isinstance(part, int):
+            node = next(iter(get_args(node)), None)
+        else:
+            known = getattr(node, "model_fields", {}).get(part)
+            node = known.annotation if known else None
     keys = getattr(node, "model_fields", None) or getattr(node, "_fields", ())
     return f", allowed are {', '.join(keys)}" if keys else ""
+
+
+def _as_mappings(value: Any) -> Any:
+    """Return a section and the named tuples in it as mappings, to merge deltas with."""
+    if isinstance(value, Section):
+        return {name: _as_mappings(getattr(value, name)) for name in type(value).model_fields}
+    return value._asdict() if hasattr(value, "_asdict") else value
 
 
 def _merge(base: Mapping[str, Any], deltas: Mapping[str, Any]) -> dict[str, Any]:

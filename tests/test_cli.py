@@ -143,6 +143,27 @@ def test_help_is_quick_and_loads_nothing_heavy() -> None:
     subprocess.run([sys.executable, "-c", command], check=True, capture_output=True)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [("study --episodes 1", 2), ("eval --policy constant --scenario E* --episodes 1", 0)],
+)
+def test_only_the_study_needs_the_study_extra(
+    arguments: str, code: int, empty_folder: Path
+) -> None:
+    command = (
+        "import sys; sys.modules.update(pandas=None, pyarrow=None)\n"
+        f"sys.argv = ['hazbot', *{arguments.split()}]\n"
+        "import hazbot_gym.cli; hazbot_gym.cli.main()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", command], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == code, done.stderr
+    if code:
+        assert done.stderr == "hazbot: pandas is not installed: pip install 'hazbot-gym[study]'\n"
+        assert list(empty_folder.iterdir()) == []
+
+
 def test_the_package_runs_as_a_module_and_finds_policies_beside_it(empty_folder: Path) -> None:
     (empty_folder / "mine.py").write_text(
         "import numpy as np\n"

@@ -62,9 +62,7 @@ def segments_cross(
 def is_in_sight(ax: float, ay: float, bx: float, by: float, walls: Floats) -> bool:
     """Tell whether no wall stands between two points; walls: (W, 4) [m]."""
     for i in range(walls.shape[0]):
-        if segments_cross(
-            ax, ay, bx, by, walls[i, 0], walls[i, 1], walls[i, 2], walls[i, 3]
-        ):
+        if segments_cross(ax, ay, bx, by, walls[i, 0], walls[i, 1], walls[i, 2], walls[i, 3]):
             return False
     return True
 

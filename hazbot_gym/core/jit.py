@@ -8,7 +8,7 @@ Two kinds of functions are used throughout the library:
 
 numba looks only at the kernel's own file to decide whether a cached binary is still valid, although
 the binary contains code of every formula that the kernel calls. Kernels are therefore stamped with
-the state of the whole package.
+the state of the whole package besides.
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ def kernel(function: Function) -> Function:
     compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
     # A private attribute of numba, held by tests/core/test_jit.py: numba has no public way to say
     # that a cached binary depends on other files.
-    compiled._cache._cache_file._source_stamp = _package_stamp()
+    cache = compiled._cache._cache_file
+    cache._source_stamp = (cache._source_stamp, _stamp(Path(__file__).parent.parent))
     return cast(Function, compiled)
 
 
 @functools.cache
-def _package_stamp() -> tuple[tuple[str, int, int], ...]:
-    """Name, modification time and size of every source file of the package."""
-    root = Path(__file__).parent.parent
+def _stamp(root: Path) -> tuple[tuple[str, int, int], ...]:
+    """Name, modification time and size of every source file of a package."""
     stats = ((path, path.stat()) for path in sorted(root.rglob("*.py")))
     return tuple((str(path.relative_to(root)), s.st_mtime_ns, s.st_size) for path, s in stats)

@@ -52,9 +52,7 @@ def uniform4(
     key: np.uint64, stream: int, step: int, index: int
 ) -> tuple[float, float, float, float]:
     """Return four independent uniform numbers in (0, 1), on a grid of 2^-32."""
-    a, b, c, d = philox4x32(
-        np.uint64(step), np.uint64(index), np.uint64(stream), np.uint64(0), key
-    )
+    a, b, c, d = philox4x32(np.uint64(step), np.uint64(index), np.uint64(stream), np.uint64(0), key)
     return (
         (np.float64(a) + 0.5) * _TO_UNIT,
         (np.float64(b) + 0.5) * _TO_UNIT,

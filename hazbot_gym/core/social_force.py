@@ -23,6 +23,8 @@ class SocialForce(NamedTuple):
     """Constants of the walking model."""
 
     relaxation_time_s: Annotated[float, Gt(0)] = 0.5  # tau (HM95)
+    # v0 for which the constants below hold (HM95); forces are in proportion to a person's own v0
+    typical_speed_mps: Annotated[float, Gt(0)] = 1.34
     speed_limit_ratio: Annotated[float, Ge(1)] = 1.3  # v_max / v0 (HM95)
     person_strength_mps2: Annotated[float, Ge(0)] = 7.0  # V0/sigma = 2.1/0.3 (HM95)
     person_range_m: Annotated[float, Gt(0)] = 0.3  # sigma (HM95)
@@ -48,7 +50,7 @@ class Reaction(NamedTuple):
 
 ATTENTIVE = Reaction()
 INATTENTIVE = Reaction(range_m=1.0)  # looks at a phone: notices within about a metre
-WARY = Reaction(gain=2.5, range_m=6.0)  # keeps well away
+WARY = Reaction(gain=1.5, range_m=6.0)  # keeps away; at 2.5 it would not pass in 2 m at all
 CURIOUS = Reaction(gain=0.6, attraction_mps2=0.4)  # comes to have a look
 
 

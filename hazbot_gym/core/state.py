@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
 Records = npt.NDArray[np.void]
 Record = Any  # one element of a record array; numba and numpy each have their own type for it
 
@@ -99,6 +100,8 @@ TRACK = np.dtype(
     align=True,
 )
 
+NO_CONTACT, WALL = -2, -1  # what the robot touches, where it is not a person's index
+
 # --- places --------------------------------------------------------------------------------------
 
 PATH_PIECE = np.dtype(
@@ -132,7 +135,7 @@ class Place(NamedTuple):
     walls: Floats
     path: Records
     routes: Floats
-    route_kinds: npt.NDArray[np.int64]
+    route_kinds: Ints
     route_anchors: Floats
     route_rooms: Floats
 

@@ -1,0 +1,1 @@
+"""The environments, their names, and their pictures."""

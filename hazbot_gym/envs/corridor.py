@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from hazbot_gym.config import Config, make_config
 from hazbot_gym.core.patterns import Thresholds
-from hazbot_gym.core.state import TRACK, as_record, records
+from hazbot_gym.core.state import NO_CONTACT, TRACK, as_record, records
 from hazbot_gym.core.ultrasonic import FRONT_RIGHT
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.perception import (
@@ -31,14 +31,13 @@ from hazbot_gym.task.outcome import (
     CONTACT_PERSON,
     CONTACT_WALL,
     DECISION,
-    NO_CONTACT,
     OUTCOME_NAMES,
     RUNNING,
     TIMEOUT,
     Rules,
 )
 from hazbot_gym.task.reward import CONTACT, INTRUSION, TERMS, judge
-from hazbot_gym.task.scenario import make_source
+from hazbot_gym.task.scenario import Source
 
 if TYPE_CHECKING:
     from hazbot_gym.envs.rendering import Frame
@@ -132,7 +131,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
             )
         self.render_mode = render_mode
         self.config = make_config(config, preset=preset, scenario=scenario, **overrides)
-        self._source = make_source(self.config)
+        self._source = Source(self.config)
         self._world = World(self.config)
         self._sensors = as_record(_sensor_parameters(self.config))
         self._weights = np.array(self.config.reward)

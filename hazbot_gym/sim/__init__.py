@@ -1,0 +1,1 @@
+"""The mutable world: drive, people, sensors and contacts."""

@@ -16,8 +16,7 @@ import pymunk
 
 from hazbot_gym.config import Config
 from hazbot_gym.core.fuzzy_pid import gain_table
-from hazbot_gym.core.geometry import nearest_on_segment
-from hazbot_gym.core.jit import kernel, scalar
+from hazbot_gym.core.jit import kernel
 from hazbot_gym.core.state import (
     PERSON_MASS_KG,
     PERSON_RADIUS_M,
@@ -28,16 +27,15 @@ from hazbot_gym.core.state import (
     WHEEL,
     Floats,
     Place,
-    Record,
     Records,
     as_record,
     records,
 )
+from hazbot_gym.sim.contact import slack
 from hazbot_gym.sim.drive import drive, drive_parameters, free_time_s, start_drive
 from hazbot_gym.sim.people import move_people, social_step
 
 _ROBOT, _PERSON, _WALL = 1, 2, 3  # collision types
-_TOP_SPEED_MPS = 2.0  # the robot is never this fast
 _AWAY = 1.0e6  # where bodies of absent people are parked [m]
 
 # The setter itself: assignment goes through pymunk's check of attribute names and takes twice as long.
@@ -66,23 +64,6 @@ class Contact(NamedTuple):
     person: int
 
 
-@scalar
-def _slack(people: Records, walls: Floats, robot: Record, dt_s: float) -> float:
-    """Return by how much nothing can reach the robot within dt, a lower bound [m]."""
-    slack = math.inf
-    for i in range(people.shape[0]):
-        me = people[i]
-        if me.status == PRESENT:
-            gap = math.hypot(me.x - robot.x, me.y - robot.y) - me.radius - ROBOT_RADIUS_M
-            slack = min(slack, gap - math.hypot(me.vx, me.vy) * dt_s)
-    for k in range(walls.shape[0]):
-        x, y = nearest_on_segment(
-            robot.x, robot.y, walls[k, 0], walls[k, 1], walls[k, 2], walls[k, 3]
-        )
-        slack = min(slack, math.hypot(x - robot.x, y - robot.y) - ROBOT_RADIUS_M)
-    return slack - _TOP_SPEED_MPS * dt_s
-
-
 @kernel
 def _people_step(
     people: Records,
@@ -101,7 +82,7 @@ def _people_step(
     social_step(
         people, place, robots[0], force[0], reactions, recording, np.uint64(key), step, dt_s
     )
-    return _slack(people, place.walls, robots[0], dt_s)
+    return slack(people, place.walls, robots[0], dt_s)
 
 
 class World:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import gymnasium
 import numpy as np
+from rich.console import Group
 from rich.table import Table
 
 from hazbot_gym.study import provenance
@@ -54,23 +55,23 @@ def bench(effort: Effort = FULL) -> dict[str, Any]:
     }
 
 
-def table(result: dict[str, Any]) -> Table:
-    """Return what ``bench`` measured as a table."""
+def table(result: dict[str, Any]) -> Group:
+    """Return what ``bench`` measured as a table, and below it what exactly was measured."""
     turns = result[CORRIDOR]["turns"]
-    shown = Table(title=f"Steps per second, median (quartiles) of {turns} turns", box=None)
-    shown.add_column("environment")
+    shown = Table(box=None, pad_edge=False)
+    shown.add_column(f"median (quartiles) of {turns} turns")
     shown.add_column("steps/s", justify="right")
     for name in (CORRIDOR, CARTPOLE):
         median, (low, high) = result[name]["steps_per_s"], result[name]["steps_per_s_quartiles"]
         shown.add_row(name, f"{median:,.0f} ({low:,.0f} to {high:,.0f})")
     shown.add_row("ratio", f"{result['ratio']:.3f}")
     machine = result["machine"]
-    shown.caption = (
-        f"{CORRIDOR} with {WHAT}; {result['what']}\n"
-        f"{machine['processor']}, {machine['cores']} cores, Python {machine['python']}"
+    return Group(
+        shown,
+        f"{CORRIDOR} with {WHAT}",
+        result["what"],
+        f"{machine['processor']}, {machine['cores']} cores, Python {machine['python']}",
     )
-    shown.caption_justify = "left"
-    return shown
 
 
 class Stepper:

@@ -17,9 +17,8 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import pandas as pd
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -29,6 +28,9 @@ from hazbot_gym.study import provenance, records
 from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.rollout import Block, make_env, playable, run_block
 from hazbot_gym.study.summary import Summary, summarise
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 class Shard(NamedTuple):
@@ -65,7 +67,7 @@ def run_study(
     if missing or not (out / records.MANIFEST).exists():
         records.write_json(out / records.MANIFEST, manifest(study, environments))
     _run(missing, workers=workers or os.cpu_count() or 1, console=console)
-    rows = pd.concat([_read(shard) for shard in shards], ignore_index=True)
+    rows = records.join([_read(shard) for shard in shards])
     summary = summarise(rows, study)
     records.write_episodes(out / records.EPISODES, rows)
     records.write_json(out / records.SUMMARY, summary)

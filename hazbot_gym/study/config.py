@@ -147,7 +147,7 @@ def load_study(path: Path | None = None, **changes: Any) -> StudyConfig:
 
 
 def parse_overrides(changes: Iterable[str]) -> dict[str, Any]:
-    """Return ``people.count=4`` and the like as nested config values, each value read as YAML.
+    """Return ``people.model=seeded`` and the like as nested config values, each value read as YAML.
 
     Raises:
         InvalidInput: a change has no name or value, or contradicts another one.

@@ -119,6 +119,11 @@ def read_rows(path: Path, *, rows: int, stamp: str) -> pd.DataFrame | Missing:
     return table.to_pandas() if table.num_rows == rows else Missing("damaged")
 
 
+def join(parts: list[pd.DataFrame]) -> pd.DataFrame:
+    """Return the rows of all parts, one part after the other."""
+    return pd.concat(parts, ignore_index=True)
+
+
 def sweep(folder: Path) -> None:
     """Remove what a killed run left half-written."""
     for leftover in [*folder.glob(".*.tmp"), *(folder / SHARDS).glob(".*.tmp")]:

@@ -3,8 +3,8 @@
 A scenario is drawn so that people are really met: a person is given a place on its route at the
 moment when a robot at nominal speed would be there too, and starts as far back as its own speed
 demands. What would start before the route begins enters later. Drawing is compiled and free of
-rejection loops without bound: a start that is taken eight times sends the person to the beginning
-of its route.
+rejection loops without bound: a start that is taken eight times sends the person to the queue
+before the beginning of its route.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hazbot_gym.config import People
+from hazbot_gym.config import People, Speeds
 from hazbot_gym.core.geometry import clip, path_length, path_pose, route_pose
-from hazbot_gym.core.jit import kernel, scalar
+from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.noise import SCENARIO, normal_pair, uniform4
 from hazbot_gym.core.state import (
     ACROSS,
@@ -28,32 +28,27 @@ from hazbot_gym.core.state import (
     GONE,
     LEADING,
     PATTERN_NAMES,
-    PERSON,
     PERSON_RADIUS_M,
     PRESENT,
     SCRIPTED,
     SOCIAL_FORCE,
     WAITING,
     Floats,
+    Ints,
     Place,
     Record,
     Records,
-    as_record,
-    records,
 )
 from hazbot_gym.errors import InvalidInput
 
 SPEED_LOW_MPS, SPEED_HIGH_MPS = 0.5, 2.2  # walking people (p5 to p95 of the real tracks, widened)
 EARLIEST_MEETING_S = 3.0  # nobody is met before
 HEAD_ON_SPREAD_M = 0.15  # lateral scatter of people who come straight at the robot
-PASSING_OFFSET_M = 0.5  # least lateral offset of people who mean to pass
+PASSING_OFFSET_M = 0.65  # least lateral offset of people who mean to pass, beyond head-on (0.6 m)
 SIDESTEP_OFFSET_M = 0.8  # where a scripted head-on walker steps aside to
-SIDESTEP_AHEAD_M = 1.5  # distance at which it has done so, if the robot drove at nominal speed
+SIDESTEP_AHEAD_M = 0.5  # distance at which it has done so, if the robot drives at nominal speed
 LEADER_GAP_M = (1.5, 5.0)  # initial distance of leaders
-CROSSING_EARLY_S, CROSSING_LATE_S = (
-    3.0,
-    10.0,
-)  # spread of crossings around the robot's own time there
+CROSSING_EARLY_S, CROSSING_LATE_S = 3.0, 4.0  # crossings, before and after the robot's own time
 START_ROOM_M = 1.0  # free distance to others at the start
 ROBOT_ROOM_M = 1.4  # and to the robot
 ATTEMPTS = 8
@@ -62,60 +57,43 @@ ATTEMPTS = 8
 class Crowd(NamedTuple):
     """The ``people`` section of the config as numbers for kernels."""
 
-    model: int
-    family: int  # pattern of the first person, -1 for mixed
-    fewest: int
-    most: int
-    mix_crossing: float  # cumulative shares of the patterns
-    mix_encountering: float
-    mix_leading: float
-    share_attentive: float  # cumulative shares of the reactions
-    share_inattentive: float
-    share_wary: float
-    mean_mps: float
-    sd_mps: float
-    leader_low_mps: float
-    leader_high_mps: float
-    nominal_speed_mps: float  # of the robot
+    model: int = SOCIAL_FORCE
+    family: int = -1  # pattern of the first person, -1 for mixed
+    fewest: int = 0
+    most: int = 0
+    mix_crossing: float = 0.25  # cumulative shares of the patterns
+    mix_encountering: float = 0.5
+    mix_leading: float = 0.75
+    speeds: Speeds = Speeds()
+    nominal_speed_mps: float = 0.5  # of the robot
 
 
-class Sampler:
-    """Draws the people of a scenario for one place."""
+def crowd_of(people: People, place: Place, nominal_speed_mps: float) -> Crowd:
+    """Return what people are drawn from at a place.
 
-    def __init__(self, people: People, place: Place, nominal_speed_mps: float) -> None:
-        """Prepare; raises InvalidInput if the place has no route for a pattern that is asked for."""
-        has_crossing = bool(np.any(place.route_kinds == ACROSS))
-        if people.family == "crossing" and not has_crossing:
+    Raises:
+        InvalidInput: The place has no route for the pattern that is asked for.
+    """
+    mix = np.array(people.mix)
+    if not np.any(place.route_kinds == ACROSS):
+        mix[CROSSING] = 0.0
+        if people.family == "crossing":
             raise InvalidInput(
                 "people.family: given 'crossing', but the place has no route across the path"
             )
-        self._place = place
-        self._slots = people.count[1]
-        self._crowd = as_record(_crowd(people, has_crossing, nominal_speed_mps))
-
-    def draw(self, key: int) -> Records:
-        """Return (P,) PERSON records at time zero."""
-        people = records(PERSON, self._slots)
-        _draw_people(people, self._place, self._crowd, np.uint64(key))
-        return people
-
-
-def _crowd(people: People, has_crossing: bool, nominal_speed_mps: float) -> Crowd:
-    mix = np.array(people.mix)
-    if not has_crossing:
-        mix[CROSSING] = 0.0
     if mix.sum() <= 0.0:
         raise InvalidInput("people.mix: asks for crossing only, but the place has no route across")
     mix = np.cumsum(mix / mix.sum())
-    shares = np.cumsum(np.array(people.reaction_shares) / sum(people.reaction_shares))
     return Crowd(
-        SCRIPTED if people.model == "scripted" else SOCIAL_FORCE,
-        -1 if people.family == "mixed" else PATTERN_NAMES.index(people.family),
-        *people.count,
-        *(float(share) for share in mix[:3]),
-        *(float(share) for share in shares[:3]),
-        *people.speeds,
-        nominal_speed_mps,
+        model=SCRIPTED if people.model == "scripted" else SOCIAL_FORCE,
+        family=-1 if people.family == "mixed" else PATTERN_NAMES.index(people.family),
+        fewest=people.count[0],
+        most=people.count[1],
+        mix_crossing=float(mix[CROSSING]),
+        mix_encountering=float(mix[ENCOUNTERING]),
+        mix_leading=float(mix[LEADING]),
+        speeds=people.speeds,
+        nominal_speed_mps=nominal_speed_mps,
     )
 
 
@@ -123,18 +101,27 @@ def _crowd(people: People, has_crossing: bool, nominal_speed_mps: float) -> Crow
 
 
 @scalar
-def _choose(u: float, first: float, second: float, third: float) -> int:
-    """Return 0 to 3 for a uniform number and three cumulative shares."""
-    if u < first:
-        return 0
-    if u < second:
-        return 1
-    return 2 if u < third else 3
+def _choose_pattern(u: float, crowd: Crowd) -> int:
+    """Return the pattern for a uniform number."""
+    if u < crowd.mix_crossing:
+        return CROSSING
+    if u < crowd.mix_encountering:
+        return ENCOUNTERING
+    return LEADING if u < crowd.mix_leading else CONFRONTING
 
 
 @scalar
-def _choose_route(kinds: Floats, kind: int, u: float) -> int:
-    """Return a route of a kind, all equally likely; the first route if there is none."""
+def choose_reaction(u: float, shares: Floats) -> int:
+    """Return the reaction for a uniform number and the cumulative shares (4,)."""
+    for reaction in range(shares.shape[0] - 1):
+        if u < shares[reaction]:
+            return reaction
+    return shares.shape[0] - 1
+
+
+@scalar
+def _choose_route(kinds: Ints, kind: int, u: float) -> int:
+    """Return a route of a kind, all equally likely."""
     count = 0
     for k in range(kinds.shape[0]):
         count += kinds[k] == kind
@@ -149,7 +136,7 @@ def _choose_route(kinds: Floats, kind: int, u: float) -> int:
 
 @scalar
 def _start_on_route(me: Record, place: Place, pattern: int, crowd: Crowd, u_when: float) -> float:
-    """Return the arc length on its route at which a person would be at time zero (may be negative)."""
+    """Return the arc length on its route where a person would be at time zero (may be negative)."""
     on_path, on_route = place.route_anchors[me.route, 0], place.route_anchors[me.route, 1]
     if pattern == LEADING:
         gap = LEADER_GAP_M[0] + u_when * (LEADER_GAP_M[1] - LEADER_GAP_M[0])
@@ -161,7 +148,7 @@ def _start_on_route(me: Record, place: Place, pattern: int, crowd: Crowd, u_when
     latest_s = max(path_length(place.path) / crowd.nominal_speed_mps - 1.0, EARLIEST_MEETING_S)
     meets_s = EARLIEST_MEETING_S + u_when * (latest_s - EARLIEST_MEETING_S)
     met_at = on_route + on_path - crowd.nominal_speed_mps * meets_s
-    # Steps aside before the nominal robot is near, so that a slower or standing one is left alone too.
+    # Steps aside before the nominal robot is near; a slower or standing one is left alone too.
     me.sidestep_s = met_at - SIDESTEP_AHEAD_M * me.desired_speed / (
         me.desired_speed + crowd.nominal_speed_mps
     )
@@ -174,7 +161,7 @@ def _lane(me: Record, pattern: int, room: float, u: float, is_scripted: bool) ->
     side = 1.0 if u < 0.5 else -1.0
     spread = abs(2.0 * u - 1.0)  # uniform in [0, 1], whatever the side
     if pattern == ENCOUNTERING:
-        low = min(PASSING_OFFSET_M + (0.1 if is_scripted else 0.0), room)
+        low = min(PASSING_OFFSET_M, room)
         me.offset = side * (low + spread * (room - low))
     elif pattern == CONFRONTING:
         me.offset = side * spread * min(HEAD_ON_SPREAD_M, room)
@@ -197,50 +184,63 @@ def _place_at(me: Record, place: Place, s: float) -> None:
 
 
 @scalar
-def _has_room(people: Records, i: int, place: Place) -> bool:
-    """Tell whether person i starts clear of the robot and of those drawn before."""
+def _has_room(people: Records, i: int, place: Place, nominal_speed_mps: float) -> bool:
+    """Tell whether person i comes in clear of a nominal robot and of those who are there before."""
     me = people[i]
-    x, y, _, _ = path_pose(place.path, 0.0)
-    if me.status == PRESENT and math.hypot(me.x - x, me.y - y) < ROBOT_ROOM_M:
+    x, y, _, _ = path_pose(place.path, nominal_speed_mps * me.enters_s)
+    if math.hypot(me.x - x, me.y - y) < ROBOT_ROOM_M:
         return False
     for j in range(i):
         other = people[j]
-        if me.status == PRESENT and other.status == PRESENT:
-            if math.hypot(me.x - other.x, me.y - other.y) < START_ROOM_M:
-                return False
+        both = me.status == PRESENT and other.status == PRESENT
+        if both and math.hypot(me.x - other.x, me.y - other.y) < START_ROOM_M:
+            return False
     return True
 
 
 @scalar
+def _draw_speed(speeds: Speeds, is_leader: bool, u1: float, u2: float) -> float:
+    """Return a walking speed: cut normal, or uniform for leaders."""
+    if is_leader:
+        return speeds.leader_low_mps + u1 * (speeds.leader_high_mps - speeds.leader_low_mps)
+    speed = speeds.mean_mps + speeds.sd_mps * normal_pair(u1, u2)[0]
+    return clip(speed, SPEED_LOW_MPS, SPEED_HIGH_MPS)
+
+
+@scalar
 def _draw_person(
-    people: Records, i: int, place: Place, crowd: Crowd, key: np.uint64, attempt: int
-) -> None:
+    people: Records, i: int, place: Place, crowd: Crowd, shares: Floats, key: np.uint64,
+    attempt: int,
+) -> None:  # fmt: skip
     """Draw everything about person i but whether there is room."""
     me = people[i]
     u_pattern, u_route, u_when, u_lane = uniform4(key, SCENARIO, attempt, 2 * i)
     u_reaction, u_speed, u_speed_2, _ = uniform4(key, SCENARIO, attempt, 2 * i + 1)
-    pattern = _choose(u_pattern, crowd.mix_crossing, crowd.mix_encountering, crowd.mix_leading)
+    pattern = _choose_pattern(u_pattern, crowd)
     if i == 0 and crowd.family >= 0:
         pattern = crowd.family
     kind = ACROSS if pattern == CROSSING else ALONG if pattern == LEADING else AGAINST
     me.route = _choose_route(place.route_kinds, kind, u_route)
-    speed = crowd.mean_mps + crowd.sd_mps * normal_pair(u_speed, u_speed_2)[0]
-    me.desired_speed = clip(speed, SPEED_LOW_MPS, SPEED_HIGH_MPS)
-    if pattern == LEADING:
-        me.desired_speed = crowd.leader_low_mps + u_speed * (
-            crowd.leader_high_mps - crowd.leader_low_mps
-        )
+    me.desired_speed = _draw_speed(crowd.speeds, pattern == LEADING, u_speed, u_speed_2)
     me.model, me.radius = crowd.model, PERSON_RADIUS_M
-    me.reaction = _choose(
-        u_reaction, crowd.share_attentive, crowd.share_inattentive, crowd.share_wary
-    )
+    me.reaction = choose_reaction(u_reaction, shares)
     _lane(me, pattern, place.route_rooms[me.route], u_lane, crowd.model == SCRIPTED)
     _place_at(me, place, _start_on_route(me, place, pattern, crowd, u_when))
 
 
-@kernel
-def _draw_people(people: Records, place: Place, crowds: Records, key: np.uint64) -> None:
-    crowd = crowds[0]
+@scalar
+def draw_people(
+    people: Records, place: Place, crowd: Crowd, shares: Floats, key: np.uint64
+) -> None:
+    """Draw a crowd.
+
+    Args:
+        people: (P,) PERSON records, zero before, written.
+        place: Path and routes.
+        crowd: What to draw from.
+        shares: (4,) cumulative shares of the reactions.
+        key: Key of the scenario.
+    """
     u, _, _, _ = uniform4(key, SCENARIO, 0, 1 << 20)
     count = min(crowd.fewest + int(u * (crowd.most - crowd.fewest + 1)), crowd.most)
     for i in range(people.shape[0]):
@@ -248,8 +248,8 @@ def _draw_people(people: Records, place: Place, crowds: Records, key: np.uint64)
             people[i].status = GONE  # before it came
             continue
         for attempt in range(ATTEMPTS):
-            _draw_person(people, i, place, crowd, key, attempt)
-            if _has_room(people, i, place):
+            _draw_person(people, i, place, crowd, shares, key, attempt)
+            if _has_room(people, i, place, crowd.nominal_speed_mps):
                 break
         else:
-            _place_at(people[i], place, -1e-6)
+            _place_at(people[i], place, -START_ROOM_M * (i + 1))

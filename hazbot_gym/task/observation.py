@@ -114,10 +114,6 @@ class Layout:
         """Upper bounds of the entries as observed, shape (width,)."""
         return np.asarray((_HIGH / _SCALE)[: self.width], dtype=np.float32)
 
-    def column(self, name: str) -> int:
-        """Return the index of an entry."""
-        return self.names.index(name)
-
     def decode(self, observation: npt.ArrayLike) -> dict[str, Floats]:
         """Return every field in its unit, by name; leading axes of (..., width) are kept."""
         physical = np.asarray(observation, dtype=np.float64) * _SCALE[: self.width]

@@ -9,7 +9,7 @@ import numpy as np
 
 from hazbot_gym.core.geometry import path_length
 from hazbot_gym.core.jit import scalar
-from hazbot_gym.core.state import Record, Records
+from hazbot_gym.core.state import WALL, Record, Records
 
 RUNNING, ARRIVED, CONTACT_PERSON, CONTACT_WALL, TIMEOUT = range(5)
 OUTCOME_NAMES = ("running", "arrived", "contact_person", "contact_wall", "timeout")
@@ -36,8 +36,6 @@ class Rules(NamedTuple):
     arrival_tolerance_m: float  # distance from the path's end that counts as arrived
     horizon: int  # decisions allowed
 
-
-NO_CONTACT, WALL = -2, -1  # instead of a person's index
 
 MOVING_MPS = 0.05  # a slower robot stands (EVALUATION metric 2)
 

@@ -17,8 +17,8 @@ import numpy as np
 from hazbot_gym.core.jit import kernel, scalar
 from hazbot_gym.core.patterns import Thresholds, classify_walking
 from hazbot_gym.core.proxemics import SOCIAL_M
-from hazbot_gym.core.state import NO_PATTERN, PATTERN_NAMES, Floats, Records, as_record
-from hazbot_gym.task.tracks import Ints, Recording
+from hazbot_gym.core.state import NO_PATTERN, PATTERN_NAMES, Floats, Ints, Records, as_record
+from hazbot_gym.task.tracks import Recording
 
 SAMPLE_S = 0.4
 HALF_SPAN_S = 0.5

@@ -1,22 +1,26 @@
 """Real people in the robot's way: stretches of recordings, replayed, or used to seed walkers.
 
-``replay`` lets everybody walk as recorded, whatever the robot does (only not through it).
-``seed_people`` takes from each person only when and where it comes in, how fast it walks and where
-it leaves; the social-force model does the rest, so that these people do answer to the robot.
+Replayed people walk as recorded, whatever the robot does (only not through it). Seeding takes from each
+person only when and where it comes in, how fast it walks and where it leaves; the social-force model
+does the rest, so that these people do answer to the robot.
 """
 
 from __future__ import annotations
 
-import functools
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
+from hazbot_gym.core.geometry import path_length
+from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.noise import SCENARIO, uniform4
 from hazbot_gym.core.state import (
-    PERSON,
+    AGAINST,
+    GONE,
     PERSON_RADIUS_M,
     REPLAY,
     SOCIAL_FORCE,
@@ -24,143 +28,110 @@ from hazbot_gym.core.state import (
     Floats,
     Place,
     Records,
-    records,
 )
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.task.places import PathData, PlaceData, build_place, pad_routes
+from hazbot_gym.task.crowd import choose_reaction
+from hazbot_gym.task.place_data import PathData, PlaceData, build_place, pad_routes
+from hazbot_gym.task.place_table import PlaceTable
 from hazbot_gym.task.replay_place import replay_frame
 from hazbot_gym.task.synthetic_tracks import synthetic_recording
 from hazbot_gym.task.track_files import find_recordings, read_tracks
-from hazbot_gym.task.track_statistics import entries
+from hazbot_gym.task.track_statistics import Entries, entries
 from hazbot_gym.task.tracks import Recording, resample
 
 ATTEMPTS = 8  # to find a moment at which nobody stands at the robot's start
-EMPTY_STEPS = 4  # between two people in a slot, so that every decision can tell them apart
 START_ROOM_M = 1.5  # free distance to people at the start
+EMPTY_STEPS = 4  # between two people in a slot, so that every decision can tell them apart
 
 
-class Stretch(NamedTuple):
-    """A part of a recording, and a way for the robot through it."""
+class RecordedTable(NamedTuple):
+    """Recordings as arrays, one after the other; place 2 r is recording r one way, 2 r + 1 the other."""
 
-    recording: Recording
-    place: Place
-    start_s: float  # the recording's time at the episode's start
-
-
-class Recordings:
-    """The recordings of a file or folder; without one, the package's own synthetic recording."""
-
-    def __init__(self, tracks: str | None) -> None:
-        """Read everything; raises InvalidInput if a file cannot be used or there is none."""
-        self._recordings = [synthetic_recording()] if tracks is None else _read(Path(tracks))
-        self._places = [
-            (_place(recording, is_reversed=False), _place(recording, is_reversed=True))
-            for recording in self._recordings
-        ]
-
-    def choose(self, key: int, nominal_speed_mps: float) -> Stretch:
-        """Return the stretch of a key: which recording, which way, and from when on."""
-        u_which, u_way, _, _ = uniform4(np.uint64(key), SCENARIO, 0, 0)
-        i = min(int(u_which * len(self._recordings)), len(self._recordings) - 1)
-        recording, place = self._recordings[i], self._places[i][int(u_way < 0.5)]
-        length_m = float(place.path["s"][-1] + place.path["length"][-1])
-        latest_s = max(recording.duration_s - 2.0 * length_m / nominal_speed_mps, 0.0)
-        for attempt in range(ATTEMPTS):
-            start_s = latest_s * uniform4(np.uint64(key), SCENARIO, attempt, 1)[0]
-            if _is_start_free(recording, place, start_s):
-                break
-        return Stretch(recording, place, start_s)
+    dt_s: float  # the social period, on which positions are given
+    starts: npt.NDArray[np.int64]  # (recordings,) first row of each in ``positions``
+    counts: npt.NDArray[np.int64]  # (recordings,) number of rows
+    positions: Floats  # (rows, S, 2) people in slots [m], NaN where a slot is empty
+    entry_times_s: Floats  # (recordings, E) when people come in, inf for padding
+    entry_speeds_mps: Floats  # (recordings, E)
 
 
-def _read(path: Path) -> list[Recording]:
-    if path.is_dir():
-        return [read_tracks(file) for file in find_recordings(path)]
+def load_recordings(tracks: str | None) -> list[Recording]:
+    """Return the recordings of a file or folder; without one, the package's own synthetic one.
+
+    Raises:
+        InvalidInput: There is no such file or folder, or a file in it cannot be used.
+    """
+    if tracks is None:
+        return [synthetic_recording()]
+    path = Path(tracks)
     if not path.exists():
-        raise InvalidInput(f"tracks: given {str(path)!r}, there is no such file or folder")
-    return [read_tracks(path)]
+        raise InvalidInput(f"tracks: given {tracks!r}, there is no such file or folder")
+    return [read_tracks(file) for file in find_recordings(path)]
+
+
+def recorded_places(recordings: list[Recording], *, with_entries: bool) -> list[Place]:
+    """Return the two ways through each recording; routes are the people's own if asked for."""
+    places = []
+    for recording in recordings:
+        for is_reversed in (False, True):
+            place = _place(recording, is_reversed=is_reversed)
+            places.append(_with_entry_routes(place, recording) if with_entries else place)
+    return places
+
+
+def recorded_table(recordings: list[Recording], dt_s: float) -> RecordedTable:
+    """Return the recordings as arrays on a clock [s]."""
+    packed = [_in_slots(resample(recording, dt_s)) for recording in recordings]
+    counts = np.array([len(positions) for positions in packed])
+    slots = max(positions.shape[1] for positions in packed)
+    rows = np.full((int(counts.sum()), slots, 2), np.nan)
+    starts = np.cumsum(counts) - counts
+    for start, positions in zip(starts, packed, strict=True):
+        rows[start : start + len(positions), : positions.shape[1]] = positions
+    came = [_entries(recording) for recording in recordings]
+    size = max(1, *(len(entry.times_s) for entry in came))
+    times_s = np.full((len(came), size), np.inf)
+    speeds_mps = np.ones((len(came), size))
+    for i, entry in enumerate(came):
+        times_s[i, : len(entry.times_s)] = entry.times_s
+        speeds_mps[i, : len(entry.times_s)] = entry.speeds_mps
+    return RecordedTable(dt_s, starts, counts, rows, times_s, speeds_mps)
+
+
+def most_entries(table: RecordedTable, duration_s: float) -> int:
+    """Return how many people come in at most within a duration, over all stretches."""
+    most = 1
+    for times_s in table.entry_times_s:
+        known = times_s[np.isfinite(times_s)]
+        inside = np.searchsorted(known, known + duration_s) - np.arange(len(known))
+        most = max(most, int(inside.max(initial=1)))
+    return most
 
 
 def _place(recording: Recording, *, is_reversed: bool) -> Place:
     frame = replay_frame(recording, is_reversed=is_reversed)
-    path = PathData(points=[(float(x), float(y)) for x, y in (frame.start, frame.end)])
-    walls = [tuple(float(v) for v in wall) for wall in frame.walls]
-    return build_place(
-        PlaceData.model_validate({"name": recording.name, "walls": walls, "path": path})
+    points = [(float(x), float(y)) for x, y in (frame.start, frame.end)]
+    walls = [(float(a), float(b), float(c), float(d)) for a, b, c, d in frame.walls]
+    return build_place(PlaceData(name=recording.name, walls=walls, path=PathData(points=points)))
+
+
+def _entries(recording: Recording) -> Entries:
+    return entries(_inside_corridor(recording))
+
+
+def _with_entry_routes(place: Place, recording: Recording) -> Place:
+    """Return the place with one straight route for each person, from where it came in to its exit."""
+    came = _entries(recording)
+    ends = [np.stack(pair) for pair in zip(came.entry_points, came.exit_points, strict=True)]
+    routes = pad_routes(ends) if ends else np.zeros((0, 2, 3))
+    return place._replace(
+        routes=routes,
+        route_kinds=np.full(len(routes), AGAINST),
+        route_anchors=np.zeros((len(routes), 2)),
+        route_rooms=np.zeros(len(routes)),
     )
 
 
-def _is_start_free(recording: Recording, place: Place, start_s: float) -> bool:
-    positions = _on_clock(recording, 0.1)
-    row = positions[min(int(start_s / 0.1), len(positions) - 1)]
-    start = np.array([place.path["x"][0], place.path["y"][0]])
-    distance = np.hypot(*(row - start).T)
-    return not bool(np.any(distance < START_ROOM_M))  # comparisons with NaN are false
-
-
-@functools.lru_cache(maxsize=32)
-def _on_clock(recording: Recording, dt_s: float) -> Floats:
-    return resample(recording, dt_s)
-
-
-def replay(stretch: Stretch, duration_s: float, dt_s: float) -> tuple[Records, Floats]:
-    """Return people and their positions (T, P, 2) from the stretch's start on, for at most a duration."""
-    positions = _in_slots(stretch.recording, dt_s)
-    first = round(stretch.start_s / dt_s)
-    part = positions[first : first + round(duration_s / dt_s) + 2]
-    people = records(PERSON, part.shape[1])
-    people["model"], people["status"], people["radius"] = REPLAY, WAITING, PERSON_RADIUS_M
-    people["route"] = np.arange(part.shape[1])
-    return people, part
-
-
-@functools.lru_cache(maxsize=32)
-def _in_slots(recording: Recording, dt_s: float) -> Floats:
-    """Return positions (T, S, 2) in which a slot serves one person after another, NaN in between.
-
-    A world then needs records for as many people as are there at once, not for all who ever come.
-    """
-    positions = _on_clock(recording, dt_s)
-    is_there = ~np.isnan(positions[:, :, 0])
-    free_from: list[int] = []
-    slots: list[list[int]] = []
-    for person in np.argsort(np.argmax(is_there, axis=0), kind="stable"):
-        steps = np.flatnonzero(is_there[:, person])
-        if not len(steps):
-            continue
-        slot = next((k for k, step in enumerate(free_from) if step < steps[0]), len(slots))
-        if slot == len(slots):
-            slots.append([])
-            free_from.append(0)
-        slots[slot].append(int(person))
-        free_from[slot] = int(steps[-1]) + EMPTY_STEPS
-    packed = np.full((len(positions), len(slots), 2), np.nan)
-    for k, members in enumerate(slots):
-        for person in members:
-            packed[is_there[:, person], k] = positions[is_there[:, person], person]
-    return packed
-
-
-def seed_people(
-    stretch: Stretch, duration_s: float, reaction_shares: tuple[float, ...], key: int
-) -> tuple[Records, Floats]:
-    """Return social-force people who enter as recorded, and their routes (P, 2, 3)."""
-    came = entries(_inside_corridor(stretch.recording))
-    enters_s = came.times_s - stretch.start_s
-    chosen = np.flatnonzero((enters_s >= 0.0) & (enters_s < duration_s))
-    people = records(PERSON, len(chosen))
-    people["model"], people["status"], people["radius"] = SOCIAL_FORCE, WAITING, PERSON_RADIUS_M
-    people["route"] = np.arange(len(chosen))
-    people["enters_s"] = enters_s[chosen]
-    people["x"], people["y"] = came.entry_points[chosen].T
-    people["desired_speed"] = came.speeds_mps[chosen]
-    shares = np.cumsum(np.array(reaction_shares) / sum(reaction_shares))
-    draws = [uniform4(np.uint64(key), SCENARIO, 0, 2 + i)[0] for i in range(len(chosen))]
-    people["reaction"] = np.minimum(np.searchsorted(shares, draws, side="right"), len(shares) - 1)
-    ends = [np.stack([came.entry_points[i], came.exit_points[i]]) for i in chosen]
-    return people, pad_routes(ends) if ends else np.zeros((0, 2, 3))
-
-
-@functools.lru_cache(maxsize=32)
 def _inside_corridor(recording: Recording) -> Recording:
     """Return the recording cut to the corridor, where straight routes meet no wall."""
     if recording.corridor is None:
@@ -181,3 +152,90 @@ def _inside_corridor(recording: Recording) -> Recording:
         lengths=np.array([len(track) for track in tracks]),
         positions=np.concatenate(tracks),
     )
+
+
+def _in_slots(positions: Floats) -> Floats:
+    """Return positions (T, P, 2) as (T, S, 2), where a slot serves one person after another.
+
+    A world then needs records for as many people as are there at once, not for all who ever come.
+    """
+    is_there = ~np.isnan(positions[:, :, 0])
+    free_from: list[int] = []
+    packed = np.full_like(positions, np.nan)
+    for person in np.argsort(np.argmax(is_there, axis=0), kind="stable"):
+        steps = np.flatnonzero(is_there[:, person])
+        if not len(steps):
+            continue
+        slot = next((k for k, step in enumerate(free_from) if step <= steps[0]), len(free_from))
+        if slot == len(free_from):
+            free_from.append(0)
+        packed[steps, slot] = positions[steps, person]
+        free_from[slot] = int(steps[-1]) + 1 + EMPTY_STEPS
+    return packed[:, : len(free_from)]
+
+
+# --- drawing -------------------------------------------------------------------------------------
+
+
+@scalar
+def _is_start_free(table: RecordedTable, row: int, x: float, y: float) -> bool:
+    for slot in range(table.positions.shape[1]):
+        dx, dy = table.positions[row, slot, 0] - x, table.positions[row, slot, 1] - y
+        if dx * dx + dy * dy < START_ROOM_M * START_ROOM_M:  # false for NaN
+            return False
+    return True
+
+
+@scalar
+def draw_stretch(
+    table: RecordedTable, places: PlaceTable, key: np.uint64, nominal_speed_mps: float
+) -> tuple[int, int]:
+    """Return which place, and which row of the positions an episode starts at.
+
+    The stretch leaves time for twice the drive at nominal speed, where the recording is long enough.
+    """
+    u_which, u_way, _, _ = uniform4(key, SCENARIO, 0, 0)
+    which = min(int(u_which * table.starts.shape[0]), table.starts.shape[0] - 1)
+    place = 2 * which + (1 if u_way < 0.5 else 0)
+    path = places.paths[place, : places.path_counts[place]]
+    needed = int(2.0 * path_length(path) / nominal_speed_mps / table.dt_s)
+    latest = max(table.counts[which] - 1 - needed, 0)
+    row = 0
+    for attempt in range(ATTEMPTS):
+        row = table.starts[which] + int(latest * uniform4(key, SCENARIO, attempt, 1)[0])
+        if _is_start_free(table, row, path[0].x, path[0].y):
+            break
+    return place, row
+
+
+@scalar
+def fill_replayed(people: Records) -> None:
+    """Write people who follow the slots of a recording."""
+    for i in range(people.shape[0]):
+        me = people[i]
+        me.model, me.status, me.radius, me.route = REPLAY, WAITING, PERSON_RADIUS_M, i
+
+
+@scalar
+def fill_seeded(
+    people: Records, table: RecordedTable, routes: Floats, which: int, start_s: float,
+    shares: Floats, key: np.uint64,
+) -> None:  # fmt: skip
+    """Write social-force people who come in from a moment of recording ``which`` on, as recorded."""
+    times_s = table.entry_times_s[which]
+    first = 0
+    while first < times_s.shape[0] and times_s[first] < start_s:
+        first += 1
+    for i in range(people.shape[0]):
+        me = people[i]
+        entry = first + i
+        me.model, me.radius = SOCIAL_FORCE, PERSON_RADIUS_M
+        if entry >= times_s.shape[0] or math.isinf(times_s[entry]):
+            me.status = GONE
+            continue
+        me.status, me.route = WAITING, entry
+        me.enters_s = times_s[entry] - start_s
+        me.x, me.y = routes[entry, 0, 0], routes[entry, 0, 1]
+        me.desired_speed = table.entry_speeds_mps[which, entry]
+        u = uniform4(key, SCENARIO, 0, 2 + i)[0]
+        me.reaction = choose_reaction(u, shares)

@@ -11,7 +11,7 @@ pays; time presses through the arrival term, which is what is left of the time a
 | tracking | [0, 1] | cross-track and heading error, squared, 1 at 0.3 m or 0.5 rad |
 | smoothness | [0, 1] | squared change of the commanded speed / nominal speed |
 | burden | [0, 1] | largest share of a person's desired speed that the robot takes away |
-| contact | [0, 1] | at the end: half for it, half for its speed (1.5 m/s); a fifth if person-caused |
+| contact | [0, 1] | at the end: half for it, half for its speed (1.5 m/s); a fifth if by a person |
 | arrival | [0, 1] | at the end: share of the time allowed that is left |
 """
 

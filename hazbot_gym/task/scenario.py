@@ -1,17 +1,19 @@
-"""Where an episode's people come from: drawn, given singly, replayed, or seeded from tracks.
+"""Where an episode's people come from: drawn, given one by one, replayed, or seeded from real tracks.
 
-A source turns a key into a scenario; the same key gives the same one, whoever drives through it.
+Everything that a scenario can be made of is laid out in one table of arrays, and ``draw_scenario`` turns a
+key into a scenario: the same key, the same scenario, in either engine and whoever drives through it.
 """
 
 from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
 from hazbot_gym.config import Config, Walker
+from hazbot_gym.core.jit import kernel, scalar
 from hazbot_gym.core.state import (
     PERSON,
     PERSON_RADIUS_M,
@@ -20,24 +22,55 @@ from hazbot_gym.core.state import (
     Floats,
     Place,
     Records,
+    as_record,
     records,
 )
-from hazbot_gym.task.crowd import Sampler
+from hazbot_gym.task.crowd import Crowd, crowd_of, draw_people
+from hazbot_gym.task.place_table import PlaceTable, place_at, stack_places
 from hazbot_gym.task.places import load_place
-from hazbot_gym.task.recorded import Recordings, replay, seed_people
+from hazbot_gym.task.recorded import (
+    RecordedTable,
+    draw_stretch,
+    fill_replayed,
+    fill_seeded,
+    load_recordings,
+    most_entries,
+    recorded_places,
+    recorded_table,
+)
 
-NO_RECORDING = np.zeros((0, 0, 2))
+CROWD, WALKERS, REPLAYED, SEEDED = range(4)
+NO_RECORDING = RecordedTable(
+    dt_s=1.0,
+    starts=np.zeros(0, np.int64),
+    counts=np.zeros(0, np.int64),
+    positions=np.zeros((0, 0, 2)),
+    entry_times_s=np.zeros((0, 0)),
+    entry_speeds_mps=np.zeros((0, 0)),
+)
 WALKER_REACH_M = 200.0  # walkers given one by one walk on this far
 
 
+class ScenarioTable(NamedTuple):
+    """All that scenarios are drawn from, as arrays for kernels."""
+
+    kind: int  # CROWD, WALKERS, REPLAYED or SEEDED
+    places: PlaceTable
+    crowd: Records  # (1,) record of ``Crowd``
+    walkers: Records  # (P,) PERSON, for WALKERS
+    recorded: RecordedTable
+    reaction_shares: Floats  # (4,) cumulative
+    nominal_speed_mps: float
+
+
 class Scenario(NamedTuple):
-    """All that is drawn at a reset.
+    """What was drawn at a reset.
 
     Attributes:
         name: What the place or the recording is called.
         place: Walls, path and routes.
         people: (P,) PERSON records at time zero.
-        recording: (T, P, 2) positions at every social step [m] for replayed people, else (0, 0, 2).
+        recording: (T, P, 2) positions at every social step from now on [m], empty if not replayed.
     """
 
     name: str
@@ -46,71 +79,123 @@ class Scenario(NamedTuple):
     recording: Floats
 
 
-class Source(Protocol):
-    """Draws scenarios."""
+class Source:
+    """Draws scenarios for a config.
 
-    def draw(self, key: int) -> Scenario:
-        """Return the scenario of a key."""
-        ...
-
-
-def make_source(config: Config) -> Source:
-    """Return the source that a config asks for.
-
-    Raises:
-        InvalidInput: The place or the tracks cannot be used, or the place lacks a route.
+    Attributes:
+        table: What they are drawn from.
+        people: How many people a scenario has room for.
+        names: What each place of the table is called.
     """
-    if config.people.model in ("replay", "seeded"):
-        return RecordedSource(config)
-    place = load_place(config.place, config.place_options)
-    name = Path(config.place).stem
-    if config.people.walkers:
-        return WalkerSource(name, place, config.people.walkers)
-    return CrowdSource(name, place, config)
-
-
-class CrowdSource:
-    """People drawn at random on the routes of a place."""
-
-    def __init__(self, name: str, place: Place, config: Config) -> None:
-        self._name, self._place = name, place
-        self._sampler = Sampler(config.people, place, config.drive.nominal_speed_mps)
-
-    def draw(self, key: int) -> Scenario:
-        """Return the scenario of a key."""
-        return Scenario(self._name, self._place, self._sampler.draw(key), NO_RECORDING)
-
-
-class WalkerSource:
-    """Scripted people given one by one: the same scenario for every key."""
-
-    def __init__(self, name: str, place: Place, walkers: tuple[Walker, ...]) -> None:
-        self._name = name
-        self._place, self._people = walkers_on_routes(walkers, place)
-
-    def draw(self, key: int) -> Scenario:
-        """Return the scenario; the key only tells the noise apart."""
-        return Scenario(self._name, self._place, self._people.copy(), NO_RECORDING)
-
-
-class RecordedSource:
-    """Real people, replayed as they walked, or their entries given to social-force walkers."""
 
     def __init__(self, config: Config) -> None:
-        self._recordings = Recordings(config.tracks)
-        self._config = config
+        """Lay out the table.
+
+        Raises:
+            InvalidInput: The place or the tracks cannot be used, or the place lacks a route.
+        """
+        if config.people.model in ("replay", "seeded"):
+            self.table, self.names = _recorded(config)
+        else:
+            self.table, self.names = _in_place(config)
+        self.people = _slots(self.table, config)
+        self._places = [place_at(self.table.places, i) for i in range(len(self.names))]
 
     def draw(self, key: int) -> Scenario:
-        """Return a stretch of one of the recordings, and one of the two ways through it."""
-        config = self._config
-        horizon_s = config.max_episode_steps * config.clock.decision_s
-        stretch = self._recordings.choose(key, config.drive.nominal_speed_mps)
-        if config.people.model == "replay":
-            people, positions = replay(stretch, horizon_s, config.clock.social_s)
-            return Scenario(stretch.recording.name, stretch.place, people, positions)
-        people, routes = seed_people(stretch, horizon_s, config.people.reaction_shares, key)
-        place = stretch.place._replace(routes=routes)
-        return Scenario(stretch.recording.name, place, people, NO_RECORDING)
+        """Return the scenario of a key."""
+        people = records(PERSON, self.people)
+        place, row = _draw(people, self.table, np.uint64(key))
+        positions = recording_from(self.table, place, row)
+        return Scenario(self.names[place], self._places[place], people, positions)
+
+
+@scalar
+def draw_scenario(people: Records, table: ScenarioTable, key: np.uint64) -> tuple[int, int]:
+    """Write people (P,) at time zero; return the place, and the first row of the recording.
+
+    The records must be zero before.
+    """
+    if table.kind == CROWD:
+        draw_people(people, place_at(table.places, 0), table.crowd[0], table.reaction_shares, key)
+        return 0, 0
+    if table.kind == WALKERS:
+        for i in range(people.shape[0]):
+            people[i] = table.walkers[i]
+        return 0, 0
+    place, row = draw_stretch(table.recorded, table.places, key, table.nominal_speed_mps)
+    if table.kind == REPLAYED:
+        fill_replayed(people)
+    else:
+        which = place // 2
+        start_s = (row - table.recorded.starts[which]) * table.recorded.dt_s
+        routes = table.places.routes[place]
+        fill_seeded(people, table.recorded, routes, which, start_s, table.reaction_shares, key)
+    return place, row
+
+
+@kernel
+def _draw(people: Records, table: ScenarioTable, key: np.uint64) -> tuple[int, int]:
+    return draw_scenario(people, table, key)
+
+
+@scalar
+def recording_from(table: ScenarioTable, place: int, row: int) -> Floats:
+    """Return the positions of a stretch from a row to its recording's end; empty if not replayed."""
+    if table.kind != REPLAYED:
+        return table.recorded.positions[:0]
+    which = place // 2
+    return table.recorded.positions[
+        row : table.recorded.starts[which] + table.recorded.counts[which]
+    ]
+
+
+# --- laying out ----------------------------------------------------------------------------------
+
+
+def _in_place(config: Config) -> tuple[ScenarioTable, list[str]]:
+    place = load_place(config.place, config.place_options)
+    walkers = records(PERSON, 0)
+    if config.people.walkers:
+        kind = WALKERS
+        crowd = Crowd()
+        place, walkers = walkers_on_routes(config.people.walkers, place)
+    else:
+        kind = CROWD
+        crowd = crowd_of(config.people, place, config.drive.nominal_speed_mps)
+    table = _table(config, kind, [place])
+    return table._replace(crowd=as_record(crowd), walkers=walkers), [Path(config.place).stem]
+
+
+def _recorded(config: Config) -> tuple[ScenarioTable, list[str]]:
+    recordings = load_recordings(config.tracks)
+    is_seeded = config.people.model == "seeded"
+    places = recorded_places(recordings, with_entries=is_seeded)
+    table = _table(config, SEEDED if is_seeded else REPLAYED, places)
+    recorded = recorded_table(recordings, config.clock.social_s)
+    return table._replace(recorded=recorded), [r.name for r in recordings for _ in range(2)]
+
+
+def _table(config: Config, kind: int, places: list[Place]) -> ScenarioTable:
+    shares = np.array(config.people.reaction_shares)
+    return ScenarioTable(
+        kind=kind,
+        places=stack_places(places),
+        crowd=as_record(Crowd()),
+        walkers=records(PERSON, 0),
+        recorded=NO_RECORDING,
+        reaction_shares=np.cumsum(shares / shares.sum()),
+        nominal_speed_mps=config.drive.nominal_speed_mps,
+    )
+
+
+def _slots(table: ScenarioTable, config: Config) -> int:
+    if table.kind == CROWD:
+        return config.people.count[1]
+    if table.kind == WALKERS:
+        return len(table.walkers)
+    if table.kind == REPLAYED:
+        return int(table.recorded.positions.shape[1])
+    return most_entries(table.recorded, config.max_episode_steps * config.clock.decision_s)
 
 
 def walkers_on_routes(walkers: tuple[Walker, ...], place: Place) -> tuple[Place, Records]:
@@ -120,12 +205,20 @@ def walkers_on_routes(walkers: tuple[Walker, ...], place: Place) -> tuple[Place,
     for i, walker in enumerate(walkers):
         start = np.array([walker.x_m, walker.y_m])
         speed = math.hypot(walker.vx_mps, walker.vy_mps)
-        velocity = np.array([walker.vx_mps, walker.vy_mps])
-        direction = velocity / speed if speed else np.array([1.0, 0.0])
-        routes[i] = [[*start, 0.0], [*(start + WALKER_REACH_M * direction), WALKER_REACH_M]]
+        along = np.array([walker.vx_mps, walker.vy_mps]) / speed if speed else np.array([1.0, 0.0])
+        routes[i] = [[*start, 0.0], [*(start + WALKER_REACH_M * along), WALKER_REACH_M]]
         person = people[i]
         person["route"], person["model"], person["status"] = i, SCRIPTED, PRESENT
         person["x"], person["y"] = start
         person["vx"], person["vy"] = walker.vx_mps, walker.vy_mps
         person["radius"], person["desired_speed"] = PERSON_RADIUS_M, speed
-    return place._replace(routes=routes), people
+    alike = np.zeros(len(walkers))
+    return (
+        place._replace(
+            routes=routes,
+            route_kinds=alike.astype(np.int64),
+            route_anchors=np.zeros((len(walkers), 2)),
+            route_rooms=alike,
+        ),
+        people,
+    )

@@ -15,10 +15,10 @@ from typing import Literal
 import numpy as np
 from pydantic import BaseModel, PositiveFloat, ValidationError
 
-from hazbot_gym.core.state import Floats
+from hazbot_gym.core.state import Floats, Ints
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.track_table import Table, has_rows_of_numbers, read_table
-from hazbot_gym.task.tracks import Corridor, Ints, Recording
+from hazbot_gym.task.tracks import Corridor, Recording
 
 Unit = Literal["m", "cm", "mm"]
 _METRES: dict[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001}

@@ -13,9 +13,9 @@ import numpy as np
 
 from hazbot_gym.core.jit import kernel
 from hazbot_gym.core.patterns import Thresholds
-from hazbot_gym.core.state import Floats
+from hazbot_gym.core.state import Floats, Ints
 from hazbot_gym.task.pattern_events import PatternCount, Samples, pattern_events, sample
-from hazbot_gym.task.tracks import Ints, Recording
+from hazbot_gym.task.tracks import Recording
 
 STANDING_MPS = 0.2  # up to here a sample counts as standing
 IMPOSSIBLE_MPS = 5.0  # a step faster than this is an error of the tracking

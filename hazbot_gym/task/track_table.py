@@ -15,9 +15,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from hazbot_gym.core.state import Floats
+from hazbot_gym.core.state import Floats, Ints
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.task.tracks import Ints
 
 _NAMES = {  # our name of a column -> what it is called in files
     "id": ("id", "persid", "personid", "person_id", "ped_id", "track_id"),

@@ -10,11 +10,8 @@ from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from hazbot_gym.core.state import Floats
-
-Ints = npt.NDArray[np.int64]
+from hazbot_gym.core.state import Floats, Ints
 
 _ROUNDING = 1e-9  # of a step, by which a clock's multiples may miss a recording's
 

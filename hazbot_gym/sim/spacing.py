@@ -1,0 +1,88 @@
+"""Nobody walks into what is in plain reach, however the forces push.
+
+Forces are soft. After them, what of a person's new velocity would lead into a body or a wall within
+the social step is taken away. People share the room between them, so that two who both keep to this
+never overlap. A robot can still drive into people.
+"""
+
+from __future__ import annotations
+
+import math
+
+from hazbot_gym.core.geometry import nearest_on_segment
+from hazbot_gym.core.jit import scalar
+from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, Place, Record, Records
+
+REACH_M = 1.0  # people whose centres are farther apart cannot meet within a social step
+ROBOT_MARGIN_M = 0.05  # clearance that people keep from the robot when they can
+
+
+@scalar
+def hold_back(
+    vx: float, vy: float, dx: float, dy: float, limit_mps: float, may_slide: bool
+) -> tuple[float, float]:
+    """Return a velocity with at most a limit in the direction (dx, dy).
+
+    Args:
+        vx: Velocity [m/s].
+        vy: The same, other axis.
+        dx: Direction of the obstacle, of any length.
+        dy: The same, other axis.
+        limit_mps: Largest speed in that direction; negative counts as zero.
+        may_slide: Whether to keep the velocity across that direction, or to slow down as a whole.
+    """
+    distance = max(math.hypot(dx, dy), 1e-6)
+    nx, ny = dx / distance, dy / distance
+    along, limit = vx * nx + vy * ny, max(limit_mps, 0.0)
+    if along <= limit:
+        return vx, vy
+    if may_slide:
+        return vx - (along - limit) * nx, vy - (along - limit) * ny
+    return vx * limit / along, vy * limit / along
+
+
+@scalar
+def keep_off_robot(
+    me: Record, robot: Record, vx: float, vy: float, dt_s: float, may_slide: bool
+) -> tuple[float, float]:
+    """Return a person's velocity without what would lead it into the robot within the step."""
+    dx, dy = robot.x - me.x, robot.y - me.y
+    gap = math.hypot(dx, dy) - me.radius - ROBOT_RADIUS_M - ROBOT_MARGIN_M
+    return hold_back(vx, vy, dx, dy, gap / dt_s, may_slide)
+
+
+@scalar
+def _keep_off_all(
+    people: Records, i: int, place: Place, robot: Record, dt_s: float, may_slide: bool
+) -> bool:
+    """Hold person i back from everything in reach; tell whether that was needed."""
+    me = people[i]
+    vx, vy = me.next_vx, me.next_vy
+    for j in range(people.shape[0]):
+        other = people[j]
+        dx, dy = other.x - me.x, other.y - me.y
+        if j == i or other.status != PRESENT or abs(dx) + abs(dy) > REACH_M:
+            continue
+        gap = math.hypot(dx, dy) - me.radius - other.radius
+        vx, vy = hold_back(vx, vy, dx, dy, 0.5 * gap / dt_s, may_slide)
+    vx, vy = keep_off_robot(me, robot, vx, vy, dt_s, may_slide)
+    for k in range(place.walls.shape[0]):
+        wx, wy = nearest_on_segment(
+            me.x, me.y, place.walls[k, 0], place.walls[k, 1], place.walls[k, 2], place.walls[k, 3]
+        )
+        gap = math.hypot(wx - me.x, wy - me.y) - me.radius
+        vx, vy = hold_back(vx, vy, wx - me.x, wy - me.y, gap / dt_s, may_slide)
+    is_changed = vx != me.next_vx or vy != me.next_vy
+    me.next_vx = vx
+    me.next_vy = vy
+    return is_changed
+
+
+@scalar
+def keep_apart(people: Records, i: int, place: Place, robot: Record, dt_s: float) -> None:
+    """Take away what of person i's next velocity would lead into a body or a wall within the step.
+
+    It slides along each obstacle in turn; where one lets it slide into another, it slows down.
+    """
+    if _keep_off_all(people, i, place, robot, dt_s, True):
+        _keep_off_all(people, i, place, robot, dt_s, False)

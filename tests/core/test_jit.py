@@ -1,0 +1,135 @@
+from __future__ import annotations
+
+import importlib
+import math
+import os
+import shutil
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numba
+import numpy as np
+import pytest
+
+from hazbot_gym.core import jit
+from hazbot_gym.core.jit import kernel, scalar
+from hazbot_gym.core.state import Floats
+
+FORMULA = """
+from toy.core.jit import scalar
+
+@scalar
+def formula(x):
+    return x + {increment}
+"""
+LOOP = """
+from toy.core.jit import kernel
+from toy.formula import formula
+
+@kernel
+def loop(values):
+    for i in range(values.shape[0]):
+        values[i] = formula(values[i])
+"""
+
+
+@scalar
+def wave(x: float, y: float) -> float:
+    return math.sin(3.0 * x) * math.exp(-abs(y)) + (x - 7.0) % 2.0
+
+
+@kernel
+def waves(points: Floats, out: Floats) -> None:
+    for i in range(points.shape[0]):
+        out[i] = wave(points[i, 0], points[i, 1])
+
+
+@kernel
+def ratios(a: Floats, b: Floats, out: Floats) -> None:
+    for i in range(a.shape[0]):
+        out[i] = a[i] / b[i]
+
+
+class Toy:
+    """A package of one formula and one kernel that calls it, with this project's jit module."""
+
+    def __init__(self, folder: Path) -> None:
+        self.root = folder / "toy"
+        (self.root / "core").mkdir(parents=True)
+        shutil.copy(jit.__file__, self.root / "core" / "jit.py")
+        for file, text in {"__init__": "", "core/__init__": "", "loop": LOOP}.items():
+            (self.root / f"{file}.py").write_text(text)
+        self.write_formula(1)
+
+    def write_formula(self, increment: int) -> None:
+        (self.root / "formula.py").write_text(FORMULA.format(increment=increment))
+
+    def import_afresh(self) -> ModuleType:
+        for name in [name for name in sys.modules if name.split(".")[0] == "toy"]:
+            del sys.modules[name]
+        importlib.invalidate_caches()
+        return importlib.import_module("toy.loop")
+
+
+@pytest.fixture
+def toy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Toy:
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    return Toy(tmp_path)
+
+
+def test_formula_gives_the_same_from_python_and_from_a_kernel() -> None:
+    points = np.random.default_rng(0).normal(size=(200, 2))
+    out = np.empty(len(points))
+
+    waves(points, out)
+
+    assert out == pytest.approx([wave(x, y) for x, y in points.tolist()], rel=1e-14, abs=1e-14)
+
+
+def test_formula_stays_plain_python() -> None:
+    assert type(wave) is type(lambda: 0)
+
+
+def test_kernel_divides_by_zero_without_complaint() -> None:
+    out = np.empty(3)
+
+    ratios(np.array([1.0, -1.0, 0.0]), np.zeros(3), out)
+
+    assert out == pytest.approx([math.inf, -math.inf, math.nan], nan_ok=True)
+
+
+def test_binary_is_kept_on_disk_while_the_package_stays_the_same(toy: Toy) -> None:
+    for hits in (0, 1):
+        loop = toy.import_afresh().loop
+        loop(np.zeros(1))
+        assert sum(loop.stats.cache_hits.values()) == hits
+
+
+def test_changed_formula_reaches_the_kernels_of_other_files(toy: Toy) -> None:
+    values = np.zeros(1)
+    toy.import_afresh().loop(values)
+    toy.write_formula(20)
+
+    toy.import_afresh().loop(values)
+
+    assert values[0] == 21.0
+
+
+def test_stamp_is_numbas_own_and_the_state_of_every_file_of_the_package(toy: Toy) -> None:
+    os.utime(toy.root / "formula.py", ns=(10**18, 10**18))
+    numbas = numba.njit(cache=True)(toy.import_afresh().loop.py_func)
+    before = toy.import_afresh().loop._cache._cache_file._source_stamp
+    os.utime(toy.root / "formula.py", ns=(10**18 + 1, 10**18 + 1))
+    after = toy.import_afresh().loop._cache._cache_file._source_stamp
+
+    assert before[0] == after[0] == numbas._cache._cache_file._source_stamp
+    assert set(after[1]) - set(before[1]) == {("formula.py", 10**18 + 1, len(FORMULA.format(increment=1)))}
+    assert {name for name, _, _ in before[1]} == {
+        "__init__.py",
+        "core/__init__.py",
+        "core/jit.py",
+        "formula.py",
+        "loop.py",
+    }
