@@ -176,4 +176,4 @@ def _chain(x: float, y: float, heading: float, pieces: list[tuple[float, float]]
 def sample_path(path: Records, s: Floats) -> Floats:
     """Return x, y, heading, curvature at each arc length: shape (n, 4)."""
     view = path.view(np.recarray)
-    return np.array([path_pose(view, float(value)) for value in s])
+    return np.array([path_pose(view, float(value)) for value in s]).reshape(-1, 4)

@@ -133,15 +133,10 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         self.config = make_config(config, preset=preset, scenario=scenario, **overrides)
         self._source = Source(self.config)
         self._world = World(self.config)
-        self._sensors = as_record(_sensor_parameters(self.config))
+        self._sensors = as_record(sensor_parameters(self.config))
         self._weights = np.array(self.config.reward)
         self._layout = LAYOUTS[self.config.tier]
-        self.observation_space = gymnasium.spaces.Box(self._layout.low, self._layout.high)
-        self.action_space: gymnasium.Space[Any] = (
-            gymnasium.spaces.Discrete(len(SPEED_LEVELS))
-            if self.config.action_type == "discrete"
-            else gymnasium.spaces.Box(-1.0, 1.0, (1,))
-        )
+        self.observation_space, self.action_space = spaces_of(self.config)
         self._ranges = np.zeros(SENSORS)
         self._terms = np.zeros(len(TERMS))
         self._decision = records(DECISION, 1)
@@ -315,7 +310,17 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         )
 
 
-def _sensor_parameters(config: Config) -> SensorParameters:
+def spaces_of(config: Config) -> tuple[gymnasium.spaces.Box, gymnasium.Space[Any]]:
+    """Return the observation and action space of one world."""
+    layout = LAYOUTS[config.tier]
+    observations = gymnasium.spaces.Box(layout.low, layout.high)
+    if config.action_type == "discrete":
+        return observations, gymnasium.spaces.Discrete(len(SPEED_LEVELS))
+    return observations, gymnasium.spaces.Box(-1.0, 1.0, (1,))
+
+
+def sensor_parameters(config: Config) -> SensorParameters:
+    """Return the sensors' parameters for a config; the privileged tier has a perfect tracker."""
     tracker = config.sensors.tracker
     is_privileged = config.tier == "privileged"
     return SensorParameters(

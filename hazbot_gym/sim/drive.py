@@ -212,20 +212,19 @@ def drive(
     update_pose_error(robots[0], path)
 
 
-@kernel
-def start_drive(
-    robots: Records,
+@scalar
+def place_robot(
+    robot: Record,
     wheels: Records,
     path: Records,
     speed_mps: float,
-    parameters: Records,
+    p: DriveParameters,
     gain_table: Floats,
 ) -> None:
     """Place the robot at the start of its path, at rest or already rolling on it at a speed [m/s].
 
     A rolling robot's wheel loops are settled: their integrals hold just the input it takes.
     """
-    robot, p = robots[0], parameters[0]
     robot.x, robot.y, robot.theta, curvature = path_pose(path, 0.0)
     robot.v, robot.omega = speed_mps, speed_mps * curvature
     robot.command, robot.v_ref, robot.s = speed_mps, speed_mps, 0.0
@@ -239,6 +238,19 @@ def start_drive(
         wheel.integral = wheel.drive / ki if ki > 0.0 else 0.0
         wheel.error = np.nan  # there is no sample yet
         wheel.derivative = 0.0
+
+
+@kernel
+def start_drive(
+    robots: Records,
+    wheels: Records,
+    path: Records,
+    speed_mps: float,
+    parameters: Records,
+    gain_table: Floats,
+) -> None:
+    """Start a drive; ``place_robot`` for arrays of one record."""
+    place_robot(robots[0], wheels, path, speed_mps, parameters[0], gain_table)
 
 
 @kernel

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hazbot_gym.core.geometry import is_in_sight
+from hazbot_gym.core.geometry import is_in_sight, nearest_on_segment
 from hazbot_gym.core.jit import kernel, scalar
 from hazbot_gym.core.noise import SONAR, TRACKER, noise_value, uniform4
 from hazbot_gym.core.patterns import Thresholds, classify
@@ -64,12 +64,10 @@ def echo(sensor: int, robot: Record, people: Records, walls: Floats, p: Ultrason
             if dx * dx + dy * dy < reach * reach:
                 nearest = min(nearest, disc_echo(dx, dy, people[i].radius, axis, p.half_cone_rad))
     for k in range(walls.shape[0]):
-        nearest = min(
-            nearest,
-            segment_echo(
-                walls[k, 0] - x, walls[k, 1] - y, walls[k, 2] - x, walls[k, 3] - y, axis, p
-            ),
-        )
+        x1, y1, x2, y2 = walls[k, 0] - x, walls[k, 1] - y, walls[k, 2] - x, walls[k, 3] - y
+        near_x, near_y = nearest_on_segment(0.0, 0.0, x1, y1, x2, y2)
+        if near_x * near_x + near_y * near_y < nearest * nearest:  # else no part of it is nearer
+            nearest = min(nearest, segment_echo(x1, y1, x2, y2, axis, p))
     return nearest
 
 

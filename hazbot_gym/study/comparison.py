@@ -64,7 +64,8 @@ def run_study(
     environments = rehearse(study)
     shards = list(plan(study, out))
     missing = _missing(shards, console)
-    if missing or not (out / records.MANIFEST).exists():
+    if missing:
+        records.withdraw(out)  # results of an earlier state do not stand beside a new manifest
         records.write_json(out / records.MANIFEST, manifest(study, environments))
     _run(missing, workers=workers or os.cpu_count() or 1, console=console)
     rows = records.join([_read(shard) for shard in shards])

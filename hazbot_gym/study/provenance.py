@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 import os
@@ -45,7 +46,7 @@ def commit() -> str | None:
 
 def stamp(data: Path | None = None) -> str:
     """Return a hash of the code, the versions and the data files that numbers depend on."""
-    parts = {"code": digest(PACKAGE, "*.py"), "versions": versions()}
+    parts = {"code": _code(PACKAGE), "versions": versions()}
     if data is not None:
         parts["data"] = digest(data)
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:16]
@@ -70,6 +71,12 @@ def machine() -> dict[str, str | int]:
         "python": platform.python_version(),
         "numba": _version("numba"),
     }
+
+
+@functools.cache
+def _code(package: Path) -> str:
+    """Return the digest of the source files, read once: this process runs no later edit."""
+    return digest(package, "*.py")
 
 
 def _version(name: str) -> str:

@@ -124,6 +124,12 @@ def join(parts: list[pd.DataFrame]) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True)
 
 
+def withdraw(folder: Path) -> None:
+    """Remove the results of a study, but not its shards."""
+    for name in (EPISODES, SUMMARY):
+        (folder / name).unlink(missing_ok=True)
+
+
 def sweep(folder: Path) -> None:
     """Remove what a killed run left half-written."""
     for leftover in [*folder.glob(".*.tmp"), *(folder / SHARDS).glob(".*.tmp")]:

@@ -157,6 +157,22 @@ def test_results_of_other_code_are_run_again_and_said_so(
     assert len(inline.blocks) == 8
 
 
+def test_results_are_withdrawn_until_what_they_rest_on_is_complete(
+    inline: type[InlinePool], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run_study(STUDY, tmp_path)
+    next(plan(STUDY, tmp_path)).path.unlink()
+
+    def interrupt(*arguments: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(records, "write_rows", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        run_study(STUDY, tmp_path)
+    assert not (tmp_path / records.SUMMARY).exists()
+    assert not (tmp_path / records.EPISODES).exists()
+
+
 def test_an_edited_policy_of_ones_own_is_run_again_and_no_other(
     inline: type[InlinePool], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

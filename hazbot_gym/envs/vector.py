@@ -1,0 +1,472 @@
+"""The native vector environment: N worlds stepped by one compiled kernel.
+
+World i after ``reset(seed=[..., s_i, ...])`` meets the very scenarios and noise that ``CorridorEnv`` meets
+after ``reset(seed=s_i)``, episode after episode; a parity test holds the two engines together.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from hazbot_gym.config import Config, make_config
+from hazbot_gym.core.jit import kernel, scalar
+from hazbot_gym.core.state import NO_PATTERN, PERSON, Floats, Records, as_record, records
+from hazbot_gym.envs.corridor import SPEED_LEVELS, sensor_parameters, spaces_of
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.sim.batch import Mechanics, Worlds, allocate, mechanics, step_world
+from hazbot_gym.sim.drive import place_robot
+from hazbot_gym.sim.people import social_step
+from hazbot_gym.sim.perception import remember, sense_ranges, track_people
+from hazbot_gym.task.observation import LAYOUTS, encode
+from hazbot_gym.task.outcome import (
+    BY_ROBOT,
+    CAUSE_NAMES,
+    CONTACT_PERSON,
+    CONTACT_WALL,
+    DECISION,
+    OUTCOME_NAMES,
+    RUNNING,
+    TIMEOUT,
+    Rules,
+    settle,
+)
+from hazbot_gym.task.place_table import place_at
+from hazbot_gym.task.reward import CONTACT, INTRUSION, TERMS, reward_terms
+from hazbot_gym.task.scenario import ScenarioTable, Source, draw_scenario, recording_from
+
+BLOCKS_PER_THREAD, SMALLEST_BLOCK = 4, 32  # blocks of worlds, so that threads end together
+KEYS_AHEAD = 16  # scenario keys drawn in advance for each world
+
+Bools = npt.NDArray[np.bool_]
+Observations = npt.NDArray[np.float32]
+
+
+class Episodes(NamedTuple):
+    """Where each world stands in its sequence of episodes."""
+
+    keys: npt.NDArray[np.uint64]  # (N, KEYS_AHEAD) keys of the next episodes
+    used: npt.NDArray[np.int64]  # (N,) how many of them are used up
+    places: npt.NDArray[np.int64]  # (N,) row of the scenario table's places
+    rows: npt.NDArray[np.int64]  # (N,) first row of the recording
+    is_over: Bools  # (N,) the episode has ended, a reset is due
+
+
+class Outputs(NamedTuple):
+    """What a step leaves, one row a world."""
+
+    observations: Observations  # (N, width)
+    final_observations: Observations  # (N, width) of episodes that ended and were reset at once
+    decisions: Records  # (N,) DECISION
+    terms: Floats  # (N, 7)
+    steps: npt.NDArray[np.int64]  # (N,) decisions taken in the episode, its last included
+
+
+class Problem(NamedTuple):
+    """What is the same in all worlds, as arrays for kernels."""
+
+    table: ScenarioTable
+    mechanics: Mechanics
+    sensors: Records  # (1,) SensorParameters
+    rules: Records  # (1,) Rules
+    nobody: Records  # (1,) blank PERSON
+    start_speed_mps: float
+    nominal_speed_mps: float
+    decision_s: float
+
+
+# --- one world -----------------------------------------------------------------------------------
+
+
+@scalar
+def _look(i: int, worlds: Worlds, episodes: Episodes, problem: Problem, out: Observations) -> None:
+    """Let the sensors of world i report, and write its observation."""
+    place = place_at(problem.table.places, episodes.places[i])
+    p, robot, key, step = problem.sensors[0], worlds.robots[i], worlds.keys[i], worlds.steps[i]
+    people, tracks, history = worlds.people[i], worlds.tracks[i], worlds.history[i]
+    sense_ranges(robot, people, place.walls, p.ultrasonic, key, step, worlds.ranges[i])
+    remember(people, history, step)
+    track_people(robot, place.walls, history, p, key, step, tracks)
+    encode(robot, place.path, worlds.ranges[i], tracks, out[i])
+
+
+@scalar
+def _reset_world(
+    i: int, worlds: Worlds, episodes: Episodes, problem: Problem, outputs: Outputs
+) -> None:
+    """Start the next episode of world i."""
+    m, people, tracks = problem.mechanics, worlds.people[i], worlds.tracks[i]
+    key = episodes.keys[i, episodes.used[i]]
+    episodes.used[i] += 1
+    for k in range(people.shape[0]):
+        people[k] = problem.nobody[0]
+        tracks[k].visible = 0
+        tracks[k].pattern = NO_PATTERN
+        for row in range(worlds.history.shape[1]):
+            worlds.history[i, row, k].visible = 0
+    place_index, first_row = draw_scenario(people, problem.table, key)
+    episodes.places[i], episodes.rows[i], episodes.is_over[i] = place_index, first_row, False
+    worlds.keys[i], worlds.steps[i] = key, 0
+    place = place_at(problem.table.places, place_index)
+    recording = recording_from(problem.table, place_index, first_row)
+    place_robot(
+        worlds.robots[i], worlds.wheels[i], place.path, problem.start_speed_mps, m.drive[0], m.gains
+    )
+    social_step(
+        people, place, worlds.robots[i], m.force[0], m.reactions, recording, key, 0, m.social_s
+    )
+    _look(i, worlds, episodes, problem, outputs.observations)
+
+
+@scalar
+def _step_world(
+    i: int, command_mps: float, worlds: Worlds, episodes: Episodes, problem: Problem,
+    outputs: Outputs,
+) -> None:  # fmt: skip
+    """Take one decision in world i."""
+    robot, decision = worlds.robots[i], outputs.decisions[i]
+    place = place_at(problem.table.places, episodes.places[i])
+    recording = recording_from(problem.table, episodes.places[i], episodes.rows[i])
+    s_before, command_before = robot.s, robot.command
+    robot.command = command_mps
+    contact = step_world(
+        robot, worlds.wheels[i], worlds.people[i], place, problem.mechanics, recording,
+        worlds.keys[i], worlds.steps[i],
+    )  # fmt: skip
+    worlds.steps[i] += 1
+    nominal = problem.nominal_speed_mps
+    decision.advance = (robot.s - s_before) / (nominal * problem.decision_s)
+    decision.command_change = (command_mps - command_before) / nominal
+    decision.nominal_speed_mps = nominal
+    settle(
+        decision, robot, worlds.people[i], place.path, contact, worlds.steps[i], problem.rules[0]
+    )
+    reward_terms(robot, worlds.people[i], decision, outputs.terms[i])
+    _look(i, worlds, episodes, problem, outputs.observations)
+    outputs.steps[i] = worlds.steps[i]
+    episodes.is_over[i] = decision.outcome != RUNNING
+
+
+@scalar
+def _clear(i: int, outputs: Outputs) -> None:
+    """Write that world i has just begun."""
+    outputs.terms[i, :] = 0.0
+    outputs.decisions[i].outcome = RUNNING
+    outputs.steps[i] = 0
+
+
+@scalar
+def _reflex(i: int, command_mps: float, worlds: Worlds, reflex_stop_m: float) -> float:
+    """Return the command, or a stop if something is near in front."""
+    nearest = min(worlds.ranges[i, 0], worlds.ranges[i, 1])
+    return 0.0 if nearest < reflex_stop_m else command_mps
+
+
+# --- all worlds ----------------------------------------------------------------------------------
+
+
+@kernel
+def _reset_worlds(
+    first: int,
+    last: int,
+    mask: Bools,
+    worlds: Worlds,
+    episodes: Episodes,
+    problem: Problem,
+    outputs: Outputs,
+) -> None:
+    """Start a new episode in those of the worlds ``first`` to ``last - 1`` that are in the mask."""
+    for i in range(first, last):
+        if mask[i]:
+            _reset_world(i, worlds, episodes, problem, outputs)
+            _clear(i, outputs)
+
+
+@kernel
+def _step_worlds(
+    first: int,
+    last: int,
+    commands: Floats,
+    is_same_step: bool,
+    reflex_stop_m: float,
+    worlds: Worlds,
+    episodes: Episodes,
+    problem: Problem,
+    outputs: Outputs,
+) -> None:
+    """Step the worlds ``first`` to ``last - 1``.
+
+    A world whose episode is over is reset instead; with SAME_STEP it is reset as soon as it ends.
+    """
+    for i in range(first, last):
+        if episodes.is_over[i]:
+            _reset_world(i, worlds, episodes, problem, outputs)
+            _clear(i, outputs)
+            continue
+        command = _reflex(i, commands[i], worlds, reflex_stop_m)
+        _step_world(i, command, worlds, episodes, problem, outputs)
+        if is_same_step and episodes.is_over[i]:
+            outputs.final_observations[i, :] = outputs.observations[i]
+            _reset_world(i, worlds, episodes, problem, outputs)
+
+
+class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
+    """N corridor worlds in one process; see ``CorridorEnv`` for the problem itself.
+
+    Example:
+        >>> import gymnasium, hazbot_gym
+        >>> envs = gymnasium.make_vec(
+        ...     "hazbot_gym/Corridor-v0", num_envs=4, vectorization_mode="vector_entry_point"
+        ... )
+        >>> observations, infos = envs.reset(seed=0)
+        >>> observations.shape
+        (4, 48)
+    """
+
+    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        config: Config | Mapping[str, Any] | str | Path | None = None,
+        *,
+        preset: Mapping[str, Any] | None = None,
+        scenario: str | None = None,
+        max_episode_steps: int | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        render_mode: str | None = None,
+        threads: int | None = None,
+        **overrides: Any,
+    ) -> None:
+        """Make N worlds; the arguments are those of ``CorridorEnv`` the autoreset mode, and
+        the number of threads (default: one for each core), which does not change any result.
+
+        Raises:
+            InvalidInput: A value cannot be used; one line says which and what is allowed.
+        """
+        if num_envs < 1:
+            raise InvalidInput(f"num_envs: given {num_envs}, allowed is at least 1")
+        if render_mode is not None:
+            raise InvalidInput(f"render_mode: given {render_mode!r}, allowed here is None")
+        if max_episode_steps is not None:
+            overrides["max_episode_steps"] = max_episode_steps
+        self.config = make_config(config, preset=preset, scenario=scenario, **overrides)
+        self.num_envs, self.render_mode = num_envs, render_mode
+        self.autoreset_mode = _autoreset_mode(autoreset_mode)
+        self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
+        self.single_observation_space, self.single_action_space = spaces_of(self.config)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._weights = np.array(self.config.reward)
+        self._thread_count = threads or os.cpu_count() or 1
+        self._threads: ThreadPoolExecutor | None = None
+        self._generators: list[np.random.Generator] = []
+        self._allocate()
+
+    def _allocate(self) -> None:
+        config, n = self.config, self.num_envs
+        source = Source(config)
+        self._problem = Problem(
+            table=source.table,
+            mechanics=mechanics(config),
+            sensors=as_record(sensor_parameters(config)),
+            rules=as_record(Rules(config.arrival_tolerance_m, config.max_episode_steps)),
+            nobody=records(PERSON, 1),
+            start_speed_mps=config.drive.start_speed_mps,
+            nominal_speed_mps=config.drive.nominal_speed_mps,
+            decision_s=config.clock.decision_s,
+        )
+        self._worlds = allocate(n, source.people, config.sensors.tracker.latency_steps)
+        self._episodes = Episodes(
+            keys=np.zeros((n, KEYS_AHEAD), np.uint64),
+            used=np.full(n, KEYS_AHEAD, np.int64),
+            places=np.zeros(n, np.int64),
+            rows=np.zeros(n, np.int64),
+            is_over=np.ones(n, np.bool_),
+        )
+        width = LAYOUTS[config.tier].width
+        self._outputs = Outputs(
+            observations=np.zeros((n, width), np.float32),
+            final_observations=np.zeros((n, width), np.float32),
+            decisions=np.zeros(n, DECISION),
+            terms=np.zeros((n, len(TERMS))),
+            steps=np.zeros(n, np.int64),
+        )
+
+    # --- Gymnasium's interface -------------------------------------------------------------------
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Observations, dict[str, Any]]:
+        """Start new episodes, in all worlds or in those of ``options={"reset_mask": (N,) bool}``."""
+        mask = self._mask(options)
+        self._seed(seed, mask)
+        self._refill(mask & (self._episodes.used >= KEYS_AHEAD))
+        self._spread(_reset_worlds, mask)
+        info = self._info()
+        info["scenario_key"] = self._worlds.keys.copy()
+        info["_scenario_key"] = mask
+        return self._outputs.observations.copy(), info
+
+    def step(self, actions: Any) -> tuple[Observations, Floats, Bools, Bools, dict[str, Any]]:
+        """Take one decision in every world; see the autoreset mode for what follows an end."""
+        is_same_step = self.autoreset_mode == AutoresetMode.SAME_STEP
+        if self.autoreset_mode == AutoresetMode.DISABLED and self._episodes.is_over.any():
+            over = np.flatnonzero(self._episodes.is_over)
+            raise InvalidInput(
+                f"step: the episodes of {len(over)} worlds are over (the first is {over[0]}), "
+                "call reset with options={'reset_mask': ...}"
+            )
+        commands = self._commands(actions)
+        self._refill(self._episodes.used >= KEYS_AHEAD)
+        self._spread(_step_worlds, commands, is_same_step, self.config.drive.reflex_stop_m)
+        outcome = self._outputs.decisions["outcome"]
+        truncated = outcome == TIMEOUT
+        terminated = (outcome != RUNNING) & ~truncated
+        rewards = self._outputs.terms @ self._weights
+        return self._outputs.observations.copy(), rewards, terminated, truncated, self._info()
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Stop the threads; closing twice does no harm."""
+        if self._threads is not None:
+            self._threads.shutdown()
+            self._threads = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled: everything but the threads."""
+        return {**self.__dict__, "_threads": None}
+
+    # --- inside ----------------------------------------------------------------------------------
+
+    def _spread(self, work: Callable[..., None], *arguments: Any) -> None:
+        """Run a kernel over all worlds, in blocks on all threads (compiled code holds no lock)."""
+        state = (self._worlds, self._episodes, self._problem, self._outputs)
+        size = max(-(-self.num_envs // (BLOCKS_PER_THREAD * self._thread_count)), SMALLEST_BLOCK)
+        blocks = [
+            (first, min(first + size, self.num_envs)) for first in range(0, self.num_envs, size)
+        ]
+        if len(blocks) == 1 or self._thread_count == 1:
+            work(0, self.num_envs, *arguments, *state)
+            return
+        if self._threads is None:
+            self._threads = ThreadPoolExecutor(self._thread_count)
+        for done in [self._threads.submit(work, *b, *arguments, *state) for b in blocks]:
+            done.result()
+
+    def _commands(self, actions: Any) -> Floats:
+        """Return the commanded speeds (N,) [m/s] of actions, after checking them."""
+        nominal, values = self.config.drive.nominal_speed_mps, np.asarray(actions)
+        if self.config.action_type == "discrete":
+            levels = len(SPEED_LEVELS)
+            if values.shape != (self.num_envs,) or not np.all((values >= 0) & (values < levels)):
+                raise InvalidInput(
+                    f"actions: given shape {values.shape}, allowed are {self.num_envs} "
+                    f"integers 0 to {levels - 1}"
+                )
+            return nominal * np.array(SPEED_LEVELS)[values]
+        if values.shape != (self.num_envs, 1):
+            raise InvalidInput(
+                f"actions: given shape {values.shape}, allowed is ({self.num_envs}, 1)"
+            )
+        values = values[:, 0].astype(np.float64)
+        if not np.all((values >= -1.0) & (values <= 1.0)):  # also catches NaN
+            worst = values[~((values >= -1.0) & (values <= 1.0))][0]
+            raise InvalidInput(f"actions: given {worst}, allowed is -1 <= action <= 1")
+        return nominal * 0.5 * (values + 1.0)
+
+    def _mask(self, options: dict[str, Any] | None) -> Bools:
+        unknown = set(options or {}) - {"reset_mask"}
+        if unknown:
+            raise InvalidInput(
+                f"reset options: given {', '.join(sorted(unknown))}, allowed is reset_mask"
+            )
+        mask = (options or {}).get("reset_mask", np.ones(self.num_envs, np.bool_))
+        if not isinstance(mask, np.ndarray) or mask.shape != (self.num_envs,) or mask.dtype != bool:
+            raise InvalidInput(
+                f"reset_mask: allowed is a boolean array of shape ({self.num_envs},)"
+            )
+        return mask
+
+    def _seed(self, seed: int | Sequence[int | None] | None, mask: Bools) -> None:
+        """Give generators to the worlds that are seeded, and to all that have none."""
+        if isinstance(seed, int | np.integer):
+            seed = [int(seed) + i for i in range(self.num_envs)]
+        seeds = [None] * self.num_envs if seed is None else list(seed)
+        if len(seeds) != self.num_envs:
+            raise InvalidInput(f"seed: given {len(seeds)} seeds for {self.num_envs} worlds")
+        is_first = not self._generators
+        if is_first:
+            self._generators = [np.random.default_rng(0)] * self.num_envs
+        for i, value in enumerate(seeds):
+            if is_first or (mask[i] and value is not None):
+                self._generators[i] = gymnasium.utils.seeding.np_random(value)[0]
+                self._episodes.used[i] = KEYS_AHEAD
+
+    def _refill(self, mask: Bools) -> None:
+        """Draw the next keys of worlds that have used theirs up."""
+        for i in np.flatnonzero(mask):
+            # One by one, as CorridorEnv draws them, so that the generators agree.
+            generator = self._generators[i]
+            self._episodes.keys[i] = [generator.integers(2**63) for _ in range(KEYS_AHEAD)]
+            self._episodes.used[i] = 0
+
+    def _info(self) -> dict[str, Any]:
+        everyone = np.ones(self.num_envs, np.bool_)
+        terms, decisions = self._outputs.terms, self._outputs.decisions
+        at_fault = (terms[:, CONTACT] > 0.0) & (decisions["cause"] == BY_ROBOT)
+        info: dict[str, Any] = {
+            "time_s": np.round(self._outputs.steps * self.config.clock.decision_s, 9),
+            "_time_s": everyone,
+            "reward_terms": {name: terms[:, k].copy() for k, name in enumerate(TERMS)},
+            "_reward_terms": everyone,
+            "cost": terms[:, INTRUSION] + at_fault,
+            "_cost": everyone,
+        }
+        ended = decisions["outcome"] != RUNNING
+        if ended.any():
+            self._add_ends(info, ended)
+        return info
+
+    def _add_ends(self, info: dict[str, Any], ended: Bools) -> None:
+        """Add how episodes ended, where they did."""
+        decisions = self._outputs.decisions
+        touched = ended & np.isin(decisions["outcome"], (CONTACT_PERSON, CONTACT_WALL))
+        ends = {
+            "outcome": np.where(ended, np.array(OUTCOME_NAMES, object)[decisions["outcome"]], None),
+            "_outcome": ended,
+            "contact_caused_by": np.where(
+                touched, np.array(CAUSE_NAMES, object)[decisions["cause"]], None
+            ),
+            "_contact_caused_by": touched,
+            "contact_speed_mps": np.where(touched, decisions["speed_mps"], 0.0),
+            "_contact_speed_mps": touched,
+        }
+        if self.autoreset_mode != AutoresetMode.SAME_STEP:
+            info.update(ends)
+            return
+        final = np.full(self.num_envs, None, object)
+        for i in np.flatnonzero(ended):
+            final[i] = self._outputs.final_observations[i].copy()
+        info.update(
+            final_obs=final, _final_obs=ended, final_info={**info, **ends}, _final_info=ended
+        )
+
+
+def _autoreset_mode(given: AutoresetMode | str) -> AutoresetMode:
+    try:
+        return AutoresetMode(given) if not isinstance(given, AutoresetMode) else given
+    except ValueError as error:
+        allowed = ", ".join(mode.value for mode in AutoresetMode)
+        raise InvalidInput(f"autoreset_mode: given {given!r}, allowed are {allowed}") from error

@@ -1,0 +1,180 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from hazbot_gym.core.jit import kernel
+from hazbot_gym.core.state import Floats, Records, as_record
+from hazbot_gym.core.ultrasonic import (
+    FRONT_LEFT,
+    FRONT_RIGHT,
+    SENSOR_NAMES,
+    SIDE_LEFT,
+    Ultrasonic,
+    disc_echo,
+    mounting_angle,
+    segment_echo,
+)
+
+SENSOR = Ultrasonic()
+ALPHA = SENSOR.half_cone_rad
+SPACING_RAD = 2.5e-4  # between the rays of a bundle
+
+ANGLES = st.floats(-math.pi, math.pi)
+POINTS = st.tuples(st.floats(0.3, 6.0), ANGLES).map(
+    lambda polar: (polar[0] * math.cos(polar[1]), polar[0] * math.sin(polar[1]))
+)
+
+
+def bundle(axis_rad: float, half_cone_rad: float) -> tuple[Floats, Floats]:
+    """Return the directions (n,) of rays that fill a cone."""
+    rays = math.ceil(2.0 * half_cone_rad / SPACING_RAD)
+    angles = axis_rad + np.linspace(-half_cone_rad, half_cone_rad, rays)
+    return np.cos(angles), np.sin(angles)
+
+
+def disc_by_rays(
+    center: tuple[float, float], radius: float, axis_rad: float, half_cone_rad: float
+) -> float:
+    """Return the distance of a disc along the nearest of the rays, or inf."""
+    c, s = bundle(axis_rad, half_cone_rad)
+    along, aside = center[0] * c + center[1] * s, center[0] * s - center[1] * c
+    hits = (np.abs(aside) <= radius) & (along > 0.0)
+    distances = along[hits] - np.sqrt(radius**2 - aside[hits] ** 2)
+    return float(distances.min(initial=math.inf))
+
+
+def segment_by_rays(
+    start: tuple[float, float], end: tuple[float, float], axis_rad: float, half_cone_rad: float
+) -> float:
+    """Return the distance of a segment along the nearest of the rays, or inf."""
+    c, s = bundle(axis_rad, half_cone_rad)
+    sx, sy = end[0] - start[0], end[1] - start[1]
+    cross = c * sy - s * sx
+    with np.errstate(divide="ignore", invalid="ignore"):
+        distances = (start[0] * sy - start[1] * sx) / cross
+        along = (start[0] * s - start[1] * c) / cross
+    hits = (distances >= 0.0) & (along >= 0.0) & (along <= 1.0)
+    return float(distances[hits].min(initial=math.inf))
+
+
+@settings(max_examples=300)
+@given(POINTS, st.floats(0.05, 0.25), ANGLES)
+def test_disc_is_as_far_as_a_bundle_of_rays_says(
+    center: tuple[float, float], radius: float, axis_rad: float
+) -> None:
+    echo = disc_echo(*center, radius, axis_rad, ALPHA)
+
+    assert echo <= disc_by_rays(center, radius, axis_rad, ALPHA) + 1e-9
+    assert echo >= disc_by_rays(center, radius, axis_rad, ALPHA + 1e-3) - 1e-5
+
+
+@settings(max_examples=300)
+@given(POINTS, POINTS, ANGLES)
+def test_segment_is_as_far_as_a_bundle_of_rays_says(
+    start: tuple[float, float], end: tuple[float, float], axis_rad: float
+) -> None:
+    length = math.dist(start, end)
+    assume(length > 0.1)
+    line_m = abs(start[0] * end[1] - start[1] * end[0]) / length  # how far the segment's line is
+    assume(line_m > 0.3)  # rays are too coarse for what is seen end-on
+
+    echo = segment_echo(*start, *end, axis_rad, SENSOR)
+
+    assert echo <= segment_by_rays(start, end, axis_rad, ALPHA) + 1e-9
+    slope = echo**2 / line_m if echo < math.inf else 0.0  # of the distance along the segment
+    wider = segment_by_rays(start, end, axis_rad, ALPHA + 1e-3)
+    assert echo >= wider - 2.0 * SPACING_RAD * slope - 1e-9
+
+
+@given(POINTS, POINTS, ANGLES)
+def test_mirrored_world_gives_the_same_echo(
+    start: tuple[float, float], end: tuple[float, float], axis_rad: float
+) -> None:
+    (x1, y1), (x2, y2) = start, end
+    disc = disc_echo(x1, y1, 0.2, axis_rad, ALPHA)
+    segment = segment_echo(x1, y1, x2, y2, axis_rad, SENSOR)
+
+    assert disc_echo(x1, -y1, 0.2, -axis_rad, ALPHA) == pytest.approx(disc)
+    assert segment_echo(x1, -y1, x2, -y2, -axis_rad, SENSOR) == pytest.approx(segment)
+    assert segment_echo(x2, y2, x1, y1, axis_rad, SENSOR) == pytest.approx(segment)
+
+
+@pytest.mark.parametrize(
+    ("dx", "dy", "expected"),
+    [
+        (2.0, 0.0, 1.8),  # straight ahead
+        (2.0, 0.5, math.hypot(2.0, 0.5) - 0.2),  # within the cone
+        (0.1, 0.1, 0.0),  # the sensor is inside
+        (0.0, 1.0, math.inf),
+        (-2.0, 0.0, math.inf),  # behind
+    ],
+)
+def test_disc_answers_with_its_nearest_point(dx: float, dy: float, expected: float) -> None:
+    assert disc_echo(dx, dy, 0.2, 0.0, ALPHA) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("segment", "expected"),
+    [
+        ((2.0, -1.0, 2.0, 1.0), 2.0),  # foot of the perpendicular
+        ((2.0, 0.1, 2.0, 1.0), math.hypot(2.0, 0.1)),  # its end
+        ((0.0, 1.0, 9.0, 1.0), 1.0 / math.sin(ALPHA)),  # where the cone's edge meets it
+        ((0.0, 0.0, 1.0, 1.0), 0.0),  # the sensor touches it
+        ((-1.0, -1.0, -1.0, 1.0), math.inf),
+        ((1.5, 0.0, 1.5, 0.0), 1.5),  # without length
+    ],
+)
+def test_segment_answers_with_its_nearest_point(
+    segment: tuple[float, float, float, float], expected: float
+) -> None:
+    assert segment_echo(*segment, 0.0, SENSOR) == pytest.approx(expected)
+
+
+def test_wall_met_at_a_slant_reflects_the_pulse_away() -> None:
+    keen = SENSOR._replace(miss_angle_rad=math.radians(60.0))
+    # A wall to the left along the axis is met by the cone's edge at 90 - 15 = 75 deg.
+    along = (0.0, 1.0, 9.0, 1.0)
+
+    assert segment_echo(*along, 0.0, SENSOR) < 4.0
+    assert segment_echo(*along, 0.0, keen) == math.inf
+    assert segment_echo(*along, 0.0, keen._replace(miss_angle_rad=math.radians(75.1))) < 4.0
+    assert segment_echo(2.0, -1.0, 2.0, 1.0, 0.0, keen) == 2.0
+    for slant_deg, expected in ((59.0, True), (61.0, False)):
+        t = math.tan(math.radians(slant_deg))  # through (2, 0.6): seen by its nearer end only
+        echo = segment_echo(2.0, 0.0, 2.0 + t, 1.0, 0.0, keen)
+        assert math.isfinite(echo) is expected
+
+
+def test_sensors_look_left_and_right_alike() -> None:
+    angles = [mounting_angle(i, 0.3) for i in range(len(SENSOR_NAMES))]
+
+    assert angles[FRONT_LEFT] == -angles[FRONT_RIGHT] == 0.3
+    assert angles[SIDE_LEFT] == -angles[SIDE_LEFT + 1] == pytest.approx(math.pi / 2.0)
+
+
+@kernel
+def compiled_echoes(rows: Floats, sensors: Records, out: Floats) -> None:
+    sensor = sensors[0]
+    for i in range(rows.shape[0]):
+        x1, y1, x2, y2, axis = rows[i]
+        out[i, 0] = disc_echo(x1, y1, 0.2, axis, sensor.half_cone_rad)
+        out[i, 1] = segment_echo(x1, y1, x2, y2, axis, sensor)
+
+
+def test_compiled_code_agrees_with_python() -> None:
+    rows = np.random.default_rng(2).uniform(-3.0, 3.0, (1000, 5))
+    sensor = SENSOR._replace(miss_angle_rad=1.0)
+    out = np.empty((1000, 2))
+    compiled_echoes(rows, as_record(sensor), out)
+
+    expected = [
+        (disc_echo(*row[:2], 0.2, row[4], ALPHA), segment_echo(*row, sensor))
+        for row in rows.tolist()
+    ]
+    assert np.isfinite(out).sum(axis=0).min() > 50
+    assert out == pytest.approx(np.array(expected), rel=1e-12)

@@ -1,0 +1,224 @@
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from hazbot_gym.core.geometry import straight_path
+from hazbot_gym.core.state import (
+    CONFRONTING,
+    CROSSING,
+    LEADING,
+    NO_PATTERN,
+    ROBOT,
+    TRACK,
+    Floats,
+    Records,
+    records,
+)
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.task.observation import (
+    FIELDS,
+    LAYOUTS,
+    PERSON_FIELDS,
+    PERSON_SLOTS,
+    layout_of,
+    markdown_table,
+    observe,
+)
+
+LAYOUT = LAYOUTS["tracks"]
+PATH = straight_path(np.array([[0.0, 0.0], [7.0, 0.0], [7.0, 7.0]]), 1.0)
+LENGTH_M = 12.0 + math.pi / 2.0
+OWN = {"v": 0.4, "omega": -0.3, "command": 0.375, "x_e": -0.1, "y_e": 0.05, "theta_e": -0.2}
+
+
+def a_robot(**fields: float) -> Records:
+    robot = records(ROBOT, 1)
+    for name, value in {"x": 1.0, "y": 2.0, "theta": 0.5, "s": 5.5, **OWN, **fields}.items():
+        robot[name] = value
+    return robot
+
+
+def seen(*people: dict[str, Any]) -> Records:
+    """Return tracks of people, visible unless said otherwise, placed relative to the robot."""
+    tracks = records(TRACK, len(people))
+    for track, person in zip(tracks, people, strict=True):
+        fields = {"visible": 1, "pattern": NO_PATTERN, **person}
+        for name, value in fields.items():
+            track[name] = value
+    return tracks
+
+
+def at(distance_m: float, bearing_deg: float = 0.0, **fields: Any) -> dict[str, Any]:
+    """Return the place of somebody seen by ``a_robot()``."""
+    direction = 0.5 + math.radians(bearing_deg)
+    x, y = 1.0 + distance_m * math.cos(direction), 2.0 + distance_m * math.sin(direction)
+    return {"x": x, "y": y, **fields}
+
+
+def observation_of(
+    robot: Records | None = None,
+    tracks: Records | None = None,
+    ranges: Floats | None = None,
+    tier: str = "tracks",
+) -> npt.NDArray[np.float32]:
+    out = np.full(LAYOUTS[tier].width, np.nan, dtype=np.float32)
+    ranges = np.array([0.5, 1.0, 2.0, 4.0]) if ranges is None else ranges
+    robot = a_robot() if robot is None else robot
+    observe(robot, PATH, ranges, seen() if tracks is None else tracks, out)
+    return out
+
+
+def decoded(*arguments: Any, **keywords: Any) -> dict[str, float]:
+    fields = LAYOUT.decode(observation_of(*arguments, **keywords))
+    return {name: float(value) for name, value in fields.items()}
+
+
+def test_robots_own_fields_come_back_in_their_units() -> None:
+    fields = decoded()
+
+    expected = {
+        "range_front_left_m": 0.5,
+        "range_front_right_m": 1.0,
+        "range_left_m": 2.0,
+        "range_right_m": 4.0,
+        "speed_mps": OWN["v"],
+        "yaw_rate_radps": OWN["omega"],
+        "command_mps": OWN["command"],
+        "x_e_m": OWN["x_e"],
+        "y_e_m": OWN["y_e"],
+        "theta_e_rad": OWN["theta_e"],
+        "remaining_m": LENGTH_M - 5.5 + 0.1,
+        "curvature_ahead_per_m": 1.0,  # s = 6.5, in the corner
+    }
+    assert LAYOUT.names[: len(expected)] == tuple(expected)
+    assert {name: fields[name] for name in expected} == pytest.approx(expected, rel=2e-7)
+
+
+def test_persons_fields_come_back_in_their_units() -> None:
+    # 4 m away, 60 deg to the left, walking at 1.5 m/s to where the robot came from.
+    heading = 0.5 + math.pi
+    velocity = {"vx": 1.5 * math.cos(heading), "vy": 1.5 * math.sin(heading)}
+    fields = decoded(tracks=seen(at(4.0, 60.0, pattern=LEADING, **velocity)))
+
+    expected = {
+        "present": 1.0,
+        "distance_m": 4.0,
+        "bearing_sin": math.sin(math.pi / 3.0),
+        "bearing_cos": 0.5,
+        "speed_mps": 1.5,
+        "closing_mps": 1.9 * 0.5,  # of 1.5 + 0.4 m/s
+        "time_to_closest_s": 2.0 / 1.9,
+        "closest_m": 4.0 * math.sin(math.pi / 3.0),
+        "crossing": 0.0,
+        "encountering": 0.0,
+        "leading": 1.0,
+        "confronting": 0.0,
+    }
+    names = tuple(f"person0_{name}" for name in expected)
+    assert LAYOUT.names[12:24] == names
+    assert tuple(field.name for field in PERSON_FIELDS) == tuple(expected)
+    assert [fields[name] for name in names] == pytest.approx([*expected.values()], rel=2e-6)
+
+
+def test_people_are_sorted_by_distance_and_only_the_nearest_are_kept() -> None:
+    tracks = seen(
+        at(5.0), at(1.0, visible=0), at(2.0, 90.0), at(4.0, -90.0), at(3.0), at(7.0), at(6.0)
+    )
+    fields = decoded(tracks=tracks)
+
+    distances = [fields[f"person{i}_distance_m"] for i in range(PERSON_SLOTS)]
+    assert distances == pytest.approx([2.0, 3.0, 4.0])
+    assert fields["person0_bearing_sin"] == pytest.approx(1.0)
+    assert fields["person2_bearing_sin"] == pytest.approx(-1.0)
+
+
+def test_two_at_the_same_distance_both_appear() -> None:
+    same = {**at(3.0), "pattern": CROSSING}
+    fields = decoded(tracks=seen(same, {**same, "pattern": CONFRONTING}))
+
+    assert [fields["person0_crossing"], fields["person1_confronting"]] == [1.0, 1.0]
+    assert fields["person2_present"] == 0.0
+
+
+def test_empty_slot_is_nobody_far_away_and_never_met() -> None:
+    fields = decoded(tracks=seen(at(2.0, visible=0)))
+
+    far = {"distance_m": 8.0, "time_to_closest_s": 8.0, "closest_m": 8.0}
+    for i in range(PERSON_SLOTS):
+        slot = {f.name: fields[f"person{i}_{f.name}"] for f in PERSON_FIELDS}
+        assert slot == {f.name: far.get(f.name, 0.0) for f in PERSON_FIELDS}
+
+
+def test_somebody_on_the_robots_own_spot_is_finite() -> None:
+    assert np.isfinite(observation_of(tracks=seen(at(0.0)))).all()
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_values_beyond_their_bounds_are_clipped_to_the_observation_space(sign: float) -> None:
+    robot = a_robot(**{name: sign * 1e3 for name in (*OWN, "s")})
+    velocity = {"vx": -sign * 1e3, "vy": 0.0}
+    tracks = seen(at(100.0, **velocity), at(-100.0, **velocity), at(0.1, **velocity))
+    observation = observation_of(robot, tracks, ranges=np.full(4, sign * 1e3))
+
+    assert (observation >= LAYOUT.low).all()
+    assert (observation <= LAYOUT.high).all()
+    assert np.abs(observation[:7]).tolist() == (
+        [1.0] * 7 if sign > 0.0 else [0.0] * 4 + [1.0, 1.0, 0.0]
+    )
+
+
+def test_tier_without_people_is_the_beginning_of_the_others() -> None:
+    sonar = LAYOUTS["sonar"]
+
+    assert sonar.names == LAYOUT.names[:12]
+    assert not any(name.startswith("person") for name in sonar.names)
+    assert LAYOUTS["privileged"].names == LAYOUT.names
+    full = observation_of(tracks=seen(at(2.0)))
+    assert observation_of(tracks=seen(at(2.0)), tier="sonar").tolist() == full[:12].tolist()
+
+
+@pytest.mark.parametrize("tier", LAYOUTS)
+def test_layout_agrees_with_the_table_of_fields(tier: str) -> None:
+    layout = LAYOUTS[tier]
+
+    assert layout.width == len(layout.names) == len(layout.fields) == len(set(layout.names))
+    assert layout.fields == FIELDS[: layout.width]
+    assert np.abs([layout.low, layout.high]).max() == 1.0
+    assert (layout.low < layout.high).all()
+
+
+def test_decoding_keeps_leading_axes() -> None:
+    batch = np.random.default_rng(0).uniform(-1.0, 1.0, (5, 2, LAYOUT.width))
+    fields = LAYOUT.decode(batch)
+
+    assert fields["remaining_m"].shape == (5, 2)
+    single = LAYOUT.decode(batch[3, 1])
+    assert {name: float(values[3, 1]) for name, values in fields.items()} == single
+
+
+@pytest.mark.parametrize("shape", [(12,), (7, 12), (48,), (2, 3, 48)])
+def test_layout_is_told_by_the_last_axis(shape: tuple[int, ...]) -> None:
+    assert layout_of(np.zeros(shape)).width == shape[-1]
+
+
+@pytest.mark.parametrize("shape", [(), (13,), (48, 1)])
+def test_observation_of_another_width_is_refused(shape: tuple[int, ...]) -> None:
+    with pytest.raises(InvalidInput, match=r"12 \(sonar\) and 48 \(tracks, privileged\)"):
+        layout_of(np.zeros(shape))
+
+
+def test_table_for_the_docs_has_a_row_for_each_entry() -> None:
+    head, rule, *rows = markdown_table("sonar").split("\n")
+
+    assert head.count("|") == rule.count("|") == 7
+    assert len(rows) == 12
+    assert rows[0] == "| 0 | range_front_left_m | 0 | 1 | 4 m | ultrasonic, front left |"
+    assert rows[7] == (
+        "| 7 | x_e_m | -1 | 1 | 0.5 m | along-track error, actual minus reference |"
+    )
+    assert len(markdown_table().split("\n")) == 2 + LAYOUT.width
