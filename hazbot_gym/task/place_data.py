@@ -115,15 +115,18 @@ def _path(data: PlaceData) -> Records:
 
 def _check_path(name: str, walls: Floats, path: Records) -> None:
     steps = np.arange(0.0, path_length(path.view(np.recarray)) + 0.05, 0.05)
+    narrowest_m, where = np.inf, (0.0, 0.0)
     for x, y, *_ in sample_path(path, steps):
         for wall in walls:
             near_x, near_y = nearest_on_segment(x, y, *wall)
-            clearance = float(np.hypot(x - near_x, y - near_y))
-            if clearance <= ROBOT_RADIUS_M:
-                raise InvalidInput(
-                    f"place {name}: path passes a wall at {clearance:.2f} m near "
-                    f"({x:.1f}, {y:.1f}), allowed is more than {ROBOT_RADIUS_M:.2f} m"
-                )
+            clearance_m = float(np.hypot(x - near_x, y - near_y))
+            if clearance_m < narrowest_m:
+                narrowest_m, where = clearance_m, (x, y)
+    if narrowest_m <= ROBOT_RADIUS_M:
+        raise InvalidInput(
+            f"place {name}: path passes a wall at {narrowest_m:.2f} m near "
+            f"({where[0]:.1f}, {where[1]:.1f}), allowed is more than {ROBOT_RADIUS_M:.2f} m"
+        )
 
 
 def _along(path: Records, run_out_m: float) -> Floats:

@@ -125,7 +125,9 @@ def test_stamp_is_numbas_own_and_the_state_of_every_file_of_the_package(toy: Toy
     after = toy.import_afresh().loop._cache._cache_file._source_stamp
 
     assert before[0] == after[0] == numbas._cache._cache_file._source_stamp
-    assert set(after[1]) - set(before[1]) == {("formula.py", 10**18 + 1, len(FORMULA.format(increment=1)))}
+    assert set(after[1]) - set(before[1]) == {
+        ("formula.py", 10**18 + 1, len(FORMULA.format(increment=1)))
+    }
     assert {name for name, _, _ in before[1]} == {
         "__init__.py",
         "core/__init__.py",

@@ -88,9 +88,7 @@ def test_without_a_step_repulsion_is_central_and_exponential(r: tuple[float, flo
 def test_who_comes_nearer_repels_more_than_who_goes_away() -> None:
     r = (-1.0, 0.2)  # the other is ahead, to the right
 
-    coming, standing, going = (
-        math.hypot(*repulsion(r, (step, 0.0))) for step in (-0.9, 0.0, 0.9)
-    )
+    coming, standing, going = (math.hypot(*repulsion(r, (step, 0.0))) for step in (-0.9, 0.0, 0.9))
     assert coming > standing > going
 
 

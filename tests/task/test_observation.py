@@ -218,7 +218,5 @@ def test_table_for_the_docs_has_a_row_for_each_entry() -> None:
     assert head.count("|") == rule.count("|") == 7
     assert len(rows) == 12
     assert rows[0] == "| 0 | range_front_left_m | 0 | 1 | 4 m | ultrasonic, front left |"
-    assert rows[7] == (
-        "| 7 | x_e_m | -1 | 1 | 0.5 m | along-track error, actual minus reference |"
-    )
+    assert rows[7] == ("| 7 | x_e_m | -1 | 1 | 0.5 m | along-track error, actual minus reference |")
     assert len(markdown_table().split("\n")) == 2 + LAYOUT.width

@@ -1,0 +1,182 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from hazbot_gym.core.geometry import nearest_on_segment, path_length, sample_path
+from hazbot_gym.core.state import ACROSS, AGAINST, ALONG, ROBOT_RADIUS_M, Floats, Place
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.task.places import PLACES, load_place
+
+LENGTHS_M = {"circle": 2.0 * np.pi * 3.431, "aisle": 12.0 + np.pi / 2.0}  # 12 m elsewhere
+
+YARD = {
+    "name": "yard",
+    "walls": [[-2, 1.2, 14, 1.2], [-2, -1.2, 14, -1.2]],
+    "path": {"points": [[0, 0], [12, 0]]},
+    "routes": [{"points": [[6, -4], [6, 4]], "room_m": 0.3}],
+    "along_room_m": 0.5,
+}
+
+
+def write(path: Path, content: object) -> str:
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    return str(path)
+
+
+def clearances(points: Floats, walls: Floats) -> Floats:
+    """Return each point's distance to the nearest wall [m]."""
+    nearest = [
+        [np.hypot(*(point - nearest_on_segment(*point, *wall))) for wall in walls]
+        for point in points
+    ]
+    return np.min(nearest, axis=1, initial=np.inf)
+
+
+def on_path(place: Place, step_m: float = 0.07) -> Floats:
+    length = path_length(place.path.view(np.recarray))
+    return sample_path(place.path, np.arange(0.0, length, step_m))[:, :2]
+
+
+@pytest.mark.parametrize("name", PLACES)
+def test_robot_fits_through_every_built_in_place(name: str) -> None:
+    place = load_place(name)
+
+    assert path_length(place.path.view(np.recarray)) == pytest.approx(LENGTHS_M.get(name, 12.0))
+    assert clearances(on_path(place), place.walls).min() > ROBOT_RADIUS_M + 0.2
+
+
+@pytest.mark.parametrize("name", PLACES)
+def test_people_fit_on_their_lanes_in_every_built_in_place(name: str) -> None:
+    place = load_place(name)
+
+    for route, room_m in zip(place.routes, place.route_rooms, strict=True):
+        for a, b in zip(route[:-1, :2], route[1:, :2], strict=True):
+            t = np.linspace(0.0, 1.0, 50)[:, None]
+            assert clearances(a + t * (b - a), place.walls).min() > room_m, "no lane in a wall"
+
+
+@pytest.mark.parametrize("name", PLACES)
+def test_every_place_has_a_way_with_and_a_way_against_the_robot(name: str) -> None:
+    place = load_place(name)
+    path = on_path(place)
+
+    assert place.route_kinds[:2].tolist() == [ALONG, AGAINST]
+    assert (place.route_kinds[2:] == ACROSS).all()
+    with_robot, against = place.routes[:2]
+    assert np.allclose(with_robot[::-1, :2], against[:, :2])
+    for point in path[::10]:
+        ends = zip(with_robot[:-1], with_robot[1:], strict=True)
+        nearest = min(
+            np.hypot(*(point - nearest_on_segment(*point, *a[:2], *b[:2]))) for a, b in ends
+        )
+        assert nearest < 0.05, "people walk where the robot drives"
+
+
+@pytest.mark.parametrize("name", PLACES)
+def test_anchors_are_where_a_route_meets_the_path(name: str) -> None:
+    place = load_place(name)
+
+    for route, (on_path_m, on_route_m) in zip(place.routes, place.route_anchors, strict=True):
+        x, y = sample_path(place.path, np.array([on_path_m]))[0, :2]
+        arc = route[:, 2]
+        is_way = np.append(True, np.diff(arc) > 0.0)
+        met = [np.interp(on_route_m, arc[is_way], route[is_way, axis]) for axis in (0, 1)]
+        assert met == pytest.approx([x, y], abs=0.06)
+
+
+def test_lengths_of_a_built_in_place_can_be_chosen() -> None:
+    place = load_place("corridor", {"width_m": 3.0, "length_m": 20.0})
+
+    assert path_length(place.path.view(np.recarray)) == 20.0
+    assert clearances(on_path(place), place.walls).min() == pytest.approx(1.5)
+
+
+def test_place_from_a_file_is_what_the_file_says(tmp_path: Path) -> None:
+    place = load_place(write(tmp_path / "yard.yaml", YARD))
+
+    assert place.walls.tolist() == YARD["walls"]
+    assert place.route_kinds.tolist() == [ALONG, AGAINST, ACROSS]
+    assert place.route_rooms.tolist() == [0.5, 0.5, 0.3]
+    assert place.route_anchors[2] == pytest.approx([6.0, 4.0])
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "complaint"),
+    [
+        ("corridr", {}, "place: given 'corridr', allowed are open, corridor, .* or a .yaml file"),
+        ("corridor", {"lenght_m": 9.0}, "place_options: given 'lenght_m', corridor takes width_m"),
+        ("corridor", {"width_m": -1.0}, "place_options.width_m: given -1.0, allowed is 0 <"),
+        ("corridor", {"width_m": np.inf}, "place_options.width_m: given inf, allowed is 0 <"),
+        ("corridor", {"width_m": 0.55}, "place corridor: path passes a wall at 0.28 m near"),
+        ("corridor", {"width_m": 0.4}, "place_options: corridor is impossible, along_room_m"),
+        ("doorway", {"door_m": 0.5}, "place doorway: path passes a wall at 0.25 m near"),
+        ("aisle", {"leg_m": 0.9}, "place aisle: .*too large"),
+        ("no/such/file.yaml", {}, "place: cannot read no/such/file.yaml"),
+        ("x.yaml", {"width_m": 2.0}, "place_options: given, but a place from a file takes none"),
+    ],
+)
+def test_impossible_choice_of_a_place_is_one_clear_line(
+    name: str, options: dict[str, float], complaint: str
+) -> None:
+    with pytest.raises(InvalidInput, match=f"^{complaint}") as caught:
+        load_place(name, options)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"colour": "red"}, "colour: unknown key, allowed are name, walls, path, routes"),
+        ({"path": None}, "path: given None"),
+        ({"path": {}}, "path takes either points or circle"),
+        (
+            {"path": {"points": [[0, 0], [1, 0]], "circle": {"center": [0, 0], "radius_m": 1}}},
+            "path takes either points or circle",
+        ),
+        ({"path": {"circle": {"center": [0, 0], "radius_m": 0}}}, "path.circle.radius_m: given 0"),
+        ({"path": {"points": [[0, 0]]}}, "path.points: given"),
+        ({"path": {"points": [[0, 0], [0, 0]]}}, "path.points: two consecutive points"),
+        ({"path": {"points": [[0, 0], [9, 0], [9, 0.5]]}}, "path.points: corner_radius_m = 1.0"),
+        ({"path": {"points": [[0, 0], [float("nan"), 0]]}}, "path.points.1.0: given nan"),
+        ({"walls": [[0, 0, 1]]}, "walls.0.3: given"),
+        ({"walls": [[6, -1, 6, 1]]}, "path passes a wall at 0.00 m near"),
+        ({"along_room_m": 0}, "along_room_m: given 0"),
+        ({"routes": [{"points": [[6, 4], [6, 4]]}]}, "routes: given .* must not coincide"),
+        ({"routes": [{"points": [[6, 4], [6, 0], [6, 4]]}]}, "routes: given .* turn back"),
+        ({"routes": [{"points": [[6, 4], [7, 3]]}]}, "a route stays 3.0 m from the path"),
+        ({"routes": [{"points": [[6, -4], [6, 4]], "rom": 1}]}, "routes.0.rom: unknown key"),
+    ],
+)
+def test_mistake_in_a_place_file_is_one_clear_line(
+    tmp_path: Path, change: dict[str, object], complaint: str
+) -> None:
+    path = write(tmp_path / "yard.yaml", {**YARD, **change})
+
+    with pytest.raises(InvalidInput, match=f"^place .*yard.*: {complaint}") as caught:
+        load_place(path)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("content", "complaint"),
+    [
+        (b"walls: [", "is not YAML"),
+        (b"\xff\xfe\xff", "is not YAML"),
+        (b"- 1", "holds list, a mapping is needed"),
+        (b"", "holds NoneType"),
+        (b"name: yard", "path: .*field required"),
+    ],
+)
+def test_file_that_is_no_place_is_one_clear_line(
+    tmp_path: Path, content: bytes, complaint: str
+) -> None:
+    path = tmp_path / "yard.yaml"
+    path.write_bytes(content)
+
+    with pytest.raises(InvalidInput, match=f"^place.*{complaint}") as caught:
+        load_place(str(path))
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,197 @@
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hazbot_gym.config import RewardWeights
+from hazbot_gym.core.geometry import straight_path
+from hazbot_gym.core.state import (
+    GONE,
+    NO_CONTACT,
+    PERSON,
+    PRESENT,
+    ROBOT,
+    WAITING,
+    WALL,
+    Records,
+    as_record,
+    records,
+)
+from hazbot_gym.task.outcome import BY_PERSON, BY_ROBOT, DECISION, Rules
+from hazbot_gym.task.reward import TERMS, contact_severity, intrusion, judge, tracking_error
+
+PATH = straight_path(np.array([[0.0, 0.0], [12.0, 0.0]]))
+RULES = as_record(Rules(arrival_tolerance_m=0.05, horizon=100))
+NUMBERS = st.floats(-20.0, 20.0)
+
+
+def a_robot(**fields: float) -> Records:
+    robots = records(ROBOT, 1)
+    for name, value in {"v": 0.5, **fields}.items():
+        robots[name] = value
+    return robots
+
+
+def somebody(clearance_m: float, **fields: float) -> Records:
+    people = records(PERSON, 1)
+    for name, value in {"radius": 0.2, "status": PRESENT, **fields}.items():
+        people[name] = value
+    people["x"] = clearance_m + 0.3 + people["radius"]
+    return people
+
+
+def judged(
+    robot: Records | None = None,
+    people: Records | None = None,
+    *,
+    contact: int = NO_CONTACT,
+    steps: int = 50,
+    **decision: float,
+) -> dict[str, float]:
+    decisions, out = records(DECISION, 1), np.full(len(TERMS), np.nan)
+    for name, value in {"nominal_speed_mps": 0.5, **decision}.items():
+        decisions[name] = value
+    robot = a_robot() if robot is None else robot
+    people = records(PERSON, 0) if people is None else people
+    judge(robot, people, PATH, contact, steps, RULES, decisions, out)
+    return dict(zip(TERMS, out.tolist(), strict=True))
+
+
+@given(
+    st.lists(NUMBERS, min_size=5, max_size=5),
+    st.tuples(NUMBERS, NUMBERS, NUMBERS, st.floats(0.0, 1.0)),
+    st.tuples(NUMBERS, NUMBERS),
+    st.sampled_from([NO_CONTACT, WALL, 0]),
+    st.integers(1, 100),
+)
+def test_every_term_is_within_its_range_whatever_happens(
+    state: list[float],
+    person: tuple[float, float, float, float],
+    decision: tuple[float, float],
+    contact: int,
+    steps: int,
+) -> None:
+    robot = a_robot(**dict(zip(("v", "s", "x_e", "y_e", "theta_e"), state, strict=True)))
+    x, vx, vy, blocked = person
+    people = somebody(x, vx=vx, vy=vy, blocked=blocked)
+    terms = judged(
+        robot,
+        people,
+        contact=contact,
+        steps=steps,
+        advance=decision[0],
+        command_change=decision[1],
+    )
+
+    assert tuple(terms) == RewardWeights._fields
+    assert all(0.0 <= value <= 1.0 for value in terms.values())
+
+
+@pytest.mark.parametrize(("advance", "expected"), [(-0.2, 0.0), (0.4, 0.4), (1.3, 1.0)])
+def test_progress_is_the_share_of_the_way_at_nominal_speed(advance: float, expected: float) -> None:
+    assert judged(advance=advance)["progress"] == expected
+
+
+@pytest.mark.parametrize(
+    ("clearance_m", "v", "expected"),
+    [
+        (0.825, 0.5, 0.5),
+        (0.825, 0.25, 0.25),
+        (0.825, -0.25, 0.25),  # backing off is driving too
+        (0.825, 0.0, 0.0),  # waiting beside somebody is free
+        (0.2, 0.6, 1.0),
+        (1.3, 0.5, 0.0),
+    ],
+)
+def test_intrusion_takes_nearness_and_the_robots_own_speed(
+    clearance_m: float, v: float, expected: float
+) -> None:
+    terms = judged(a_robot(v=v), somebody(clearance_m))
+
+    assert terms["intrusion"] == pytest.approx(expected)
+    robot, people = a_robot(v=v).view(np.recarray)[0], somebody(clearance_m).view(np.recarray)
+    assert intrusion(robot, people, 0.5) == pytest.approx(expected)
+
+
+def test_nearest_of_several_people_counts() -> None:
+    people = np.concatenate([somebody(1.0), somebody(0.5), somebody(2.0)])
+
+    assert judged(people=people)["intrusion"] == pytest.approx((1.2 - 0.5) / 0.75)
+
+
+@pytest.mark.parametrize("status", [WAITING, GONE])
+def test_who_is_not_there_is_neither_intruded_upon_nor_burdened(status: int) -> None:
+    terms = judged(people=somebody(0.1, status=status, blocked=1.0))
+
+    assert (terms["intrusion"], terms["burden"]) == (0.0, 0.0)
+
+
+def test_burden_is_the_share_of_whom_the_robot_hinders_most() -> None:
+    people = np.concatenate([somebody(2.0, blocked=0.3), somebody(3.0, blocked=0.7)])
+
+    assert judged(people=people)["burden"] == 0.7
+
+
+@pytest.mark.parametrize(
+    ("y_e", "theta_e", "expected"),
+    [(0.0, 0.0, 0.0), (0.15, 0.0, 0.25), (0.0, -0.25, 0.25), (-0.15, 0.25, 0.5), (0.3, 0.5, 1.0)],
+)
+def test_tracking_term_grows_with_the_square_of_the_errors(
+    y_e: float, theta_e: float, expected: float
+) -> None:
+    robot = a_robot(y_e=y_e, theta_e=theta_e)
+
+    assert judged(robot)["tracking"] == pytest.approx(expected)
+    assert tracking_error(robot.view(np.recarray)[0]) == pytest.approx(expected)
+
+
+def test_one_large_change_of_speed_costs_more_than_two_small_ones() -> None:
+    whole, half = (judged(command_change=change)["smoothness"] for change in (-1.0, 0.5))
+
+    assert whole == 1.0
+    assert 2.0 * half == pytest.approx(0.5)
+
+
+def test_arrival_is_worth_the_share_of_time_that_is_left() -> None:
+    arrived = a_robot(s=12.0)
+
+    assert judged(arrived, steps=25)["arrival"] == pytest.approx(0.75)
+    assert judged(arrived, steps=100)["arrival"] == 0.0
+    assert judged(steps=25)["arrival"] == 0.0
+
+
+def test_contact_is_judged_by_its_speed_and_who_caused_it() -> None:
+    assert contact_severity(BY_ROBOT, 0.0) == 0.5
+    assert contact_severity(BY_ROBOT, 0.75) == pytest.approx(0.75)
+    assert contact_severity(BY_ROBOT, 9.0) == 1.0
+    assert contact_severity(BY_PERSON, 9.0) == pytest.approx(0.2)
+
+    into_wall = judged(a_robot(v=0.5, s=12.0), contact=WALL, steps=1)
+    assert into_wall["contact"] == pytest.approx(2.0 / 3.0)
+    assert into_wall["arrival"] == 0.0
+    run_into = judged(people=somebody(0.0, vx=-1.0), contact=0)
+    assert run_into["contact"] == pytest.approx(0.2)
+
+
+def a_stroll(commands: list[float]) -> float:
+    """Return the default reward of driving alone with these commanded speeds, as shares of nominal."""
+    weights: dict[str, Any] = RewardWeights()._asdict()
+    changes = np.diff([0.0, *commands])
+    steps = [judged(advance=c, command_change=d) for c, d in zip(commands, changes, strict=True)]
+    return math.fsum(weights[name] * value for terms in steps for name, value in terms.items())
+
+
+def test_steady_speed_is_worth_more_than_on_and_off_at_the_same_mean() -> None:
+    assert a_stroll([0.5] * 20) > a_stroll([1.0, 0.0] * 10)
+
+
+def test_default_weights_make_waiting_better_than_driving_through_intimate_space() -> None:
+    weights = RewardWeights()
+    passing = judged(a_robot(v=0.5), somebody(0.3), advance=1.0)
+
+    assert weights.progress * passing["progress"] + weights.intrusion * passing["intrusion"] < 0.0
