@@ -145,6 +145,9 @@ class Tracker(NamedTuple):
     velocity_noise_mps: Annotated[float, Ge(0)] = 0.05  # half width, our choice
     dropout: Annotated[float, Ge(0), Le(1)] = 0.0  # chance that a person is missed in a decision
     latency_steps: Annotated[int, Ge(0), Le(50)] = 0  # age of what is reported, in decisions
+    # Slower people are labelled as standing; the track counts' 0.3 m/s would take most of those
+    # who lead the robot for obstacles.
+    moving_mps: Annotated[float, Ge(0)] = 0.1
 
 
 class Sensors(Section):

@@ -20,6 +20,8 @@ STRAIGHT_PER_M = 1e-9  # curvature below which a piece is treated as a line [1/m
 @scalar
 def wrap_angle(angle: float) -> float:
     """Return the angle in (-pi, pi]."""
+    if -math.pi < angle <= math.pi:  # the usual case, without a division
+        return angle
     wrapped = math.pi - (math.pi - angle) % (2.0 * math.pi)
     return wrapped if wrapped > -math.pi else math.pi  # the remainder may round up to 2 pi
 

@@ -93,6 +93,8 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
     ``max_episode_steps``. ``info["outcome"]`` then is ``arrived``, ``contact_person``,
     ``contact_wall`` or ``timeout``; with a contact, ``info["contact_caused_by"]`` and
     ``info["contact_speed_mps"]`` say how it came.
+    The horizon is ``config={{"max_episode_steps": n}}``; a shorter one given to ``gymnasium.make``
+    is Gymnasium's own TimeLimit, which truncates from outside, where ``info`` has no outcome.
 
     ## Arguments
 
@@ -143,20 +145,19 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         self._rules = as_record(
             Rules(self.config.arrival_tolerance_m, self.config.max_episode_steps)
         )
-        self._free_times: dict[int, float] = {}
+        self._free_times: dict[bytes, float] = {}
         self._is_over = True
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[npt.NDArray[np.float32], dict[str, Any]]:
-        """Start an episode; ``options={"key": k}`` asks for one scenario instead of drawing its key."""
+        """Start an episode; ``options={"key": k}`` asks for the scenario of that key."""
         super().reset(seed=seed)
         key = int(self.np_random.integers(2**63))
         key = _requested_key(options, key)
         scenario = self._source.draw(key)
         self._world.reset(scenario.place, scenario.people, scenario.recording, key)
         self._key, self._is_over = key, False
-        self._rules["horizon"] = self._max_episode_steps()
         people = len(scenario.people)
         self._tracks = blank_tracks(people)
         memory = self.config.sensors.tracker.latency_steps + 1
@@ -276,17 +277,12 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
             "cost": values[INTRUSION] + (1.0 if is_at_fault else 0.0),
         }
 
-    def _max_episode_steps(self) -> int:
-        """Return the horizon: ``gymnasium.make(..., max_episode_steps=n)`` has the last word."""
-        limit = self.spec.max_episode_steps if self.spec is not None else None
-        return limit or self.config.max_episode_steps
-
     def _free_time_s(self) -> float:
         """Return the travel time without people; computed once for each path."""
-        path = self._world.place.path
-        if id(path) not in self._free_times:
-            self._free_times[id(path)] = self._world.free_time_s()
-        return self._free_times[id(path)]
+        path = self._world.place.path.tobytes()
+        if path not in self._free_times:
+            self._free_times[path] = self._world.free_time_s()
+        return self._free_times[path]
 
     def _frame(self) -> Frame:
         from hazbot_gym.envs.rendering import Frame
@@ -333,7 +329,7 @@ def sensor_parameters(config: Config) -> SensorParameters:
             is_privileged=is_privileged,
             intended_speed_mps=config.drive.nominal_speed_mps,
         ),
-        Thresholds(),
+        Thresholds(moving_mps=tracker.moving_mps),
     )
 
 

@@ -59,6 +59,7 @@ def register_environments() -> None:
             gymnasium.register(
                 id=env_id,
                 entry_point="hazbot_gym.envs.corridor:CorridorEnv",
+                vector_entry_point="hazbot_gym.envs.vector:CorridorVectorEnv",
                 max_episode_steps=preset.get("max_episode_steps", MAX_EPISODE_STEPS),
                 kwargs={"preset": preset},
             )

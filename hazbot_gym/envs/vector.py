@@ -1,13 +1,13 @@
 """The native vector environment: N worlds stepped by one compiled kernel.
 
-World i after ``reset(seed=[..., s_i, ...])`` meets the very scenarios and noise that ``CorridorEnv`` meets
-after ``reset(seed=s_i)``, episode after episode; a parity test holds the two engines together.
+World i after ``reset(seed=[..., s_i, ...])`` meets the very scenarios and noise that ``CorridorEnv``
+meets after ``reset(seed=s_i)``, episode after episode; a parity test holds the two engines together.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -157,14 +157,6 @@ def _step_world(
 
 
 @scalar
-def _clear(i: int, outputs: Outputs) -> None:
-    """Write that world i has just begun."""
-    outputs.terms[i, :] = 0.0
-    outputs.decisions[i].outcome = RUNNING
-    outputs.steps[i] = 0
-
-
-@scalar
 def _reflex(i: int, command_mps: float, worlds: Worlds, reflex_stop_m: float) -> float:
     """Return the command, or a stop if something is near in front."""
     nearest = min(worlds.ranges[i, 0], worlds.ranges[i, 1])
@@ -175,26 +167,10 @@ def _reflex(i: int, command_mps: float, worlds: Worlds, reflex_stop_m: float) ->
 
 
 @kernel
-def _reset_worlds(
+def _run_worlds(
     first: int,
     last: int,
     mask: Bools,
-    worlds: Worlds,
-    episodes: Episodes,
-    problem: Problem,
-    outputs: Outputs,
-) -> None:
-    """Start a new episode in those of the worlds ``first`` to ``last - 1`` that are in the mask."""
-    for i in range(first, last):
-        if mask[i]:
-            _reset_world(i, worlds, episodes, problem, outputs)
-            _clear(i, outputs)
-
-
-@kernel
-def _step_worlds(
-    first: int,
-    last: int,
     commands: Floats,
     is_same_step: bool,
     reflex_stop_m: float,
@@ -203,14 +179,19 @@ def _step_worlds(
     problem: Problem,
     outputs: Outputs,
 ) -> None:
-    """Step the worlds ``first`` to ``last - 1``.
+    """Step or reset those of the worlds ``first`` to ``last - 1`` that are in the mask.
 
-    A world whose episode is over is reset instead; with SAME_STEP it is reset as soon as it ends.
+    A world whose episode is over is reset, the others take a decision; with SAME_STEP a world is
+    reset as soon as its episode ends. One kernel does both, since each would take as long to compile.
     """
     for i in range(first, last):
+        if not mask[i]:
+            continue
         if episodes.is_over[i]:
             _reset_world(i, worlds, episodes, problem, outputs)
-            _clear(i, outputs)
+            outputs.terms[i, :] = 0.0
+            outputs.decisions[i].outcome = RUNNING
+            outputs.steps[i] = 0
             continue
         command = _reflex(i, commands[i], worlds, reflex_stop_m)
         _step_world(i, command, worlds, episodes, problem, outputs)
@@ -247,8 +228,18 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         threads: int | None = None,
         **overrides: Any,
     ) -> None:
-        """Make N worlds; the arguments are those of ``CorridorEnv`` the autoreset mode, and
-        the number of threads (default: one for each core), which does not change any result.
+        """Make N worlds; the arguments not named here are those of ``CorridorEnv``.
+
+        Args:
+            num_envs: How many worlds.
+            config: As for ``CorridorEnv``, like preset, scenario and overrides.
+            preset: Deltas of a registered environment.
+            scenario: A named scenario.
+            max_episode_steps: Decisions allowed; the config's if None.
+            autoreset_mode: What follows the end of an episode.
+            render_mode: None; there is no picture of a batch.
+            threads: How many to use, one for each core if None; no result depends on it.
+            **overrides: Fields of the config.
 
         Raises:
             InvalidInput: A value cannot be used; one line says which and what is allowed.
@@ -310,11 +301,12 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Observations, dict[str, Any]]:
-        """Start new episodes, in all worlds or in those of ``options={"reset_mask": (N,) bool}``."""
+        """Start new episodes: everywhere, or where ``options={"reset_mask": (N,) bool}`` says."""
         mask = self._mask(options)
         self._seed(seed, mask)
         self._refill(mask & (self._episodes.used >= KEYS_AHEAD))
-        self._spread(_reset_worlds, mask)
+        self._episodes.is_over[mask] = True
+        self._run(mask, np.zeros(self.num_envs))
         info = self._info()
         info["scenario_key"] = self._worlds.keys.copy()
         info["_scenario_key"] = mask
@@ -322,7 +314,6 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
 
     def step(self, actions: Any) -> tuple[Observations, Floats, Bools, Bools, dict[str, Any]]:
         """Take one decision in every world; see the autoreset mode for what follows an end."""
-        is_same_step = self.autoreset_mode == AutoresetMode.SAME_STEP
         if self.autoreset_mode == AutoresetMode.DISABLED and self._episodes.is_over.any():
             over = np.flatnonzero(self._episodes.is_over)
             raise InvalidInput(
@@ -331,7 +322,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             )
         commands = self._commands(actions)
         self._refill(self._episodes.used >= KEYS_AHEAD)
-        self._spread(_step_worlds, commands, is_same_step, self.config.drive.reflex_stop_m)
+        self._run(np.ones(self.num_envs, np.bool_), commands)
         outcome = self._outputs.decisions["outcome"]
         truncated = outcome == TIMEOUT
         terminated = (outcome != RUNNING) & ~truncated
@@ -350,20 +341,29 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
 
     # --- inside ----------------------------------------------------------------------------------
 
-    def _spread(self, work: Callable[..., None], *arguments: Any) -> None:
-        """Run a kernel over all worlds, in blocks on all threads (compiled code holds no lock)."""
-        state = (self._worlds, self._episodes, self._problem, self._outputs)
-        size = max(-(-self.num_envs // (BLOCKS_PER_THREAD * self._thread_count)), SMALLEST_BLOCK)
-        blocks = [
-            (first, min(first + size, self.num_envs)) for first in range(0, self.num_envs, size)
-        ]
-        if len(blocks) == 1 or self._thread_count == 1:
-            work(0, self.num_envs, *arguments, *state)
+    def _run(self, mask: Bools, commands: Floats) -> None:
+        """Run the kernel over the worlds of the mask, in blocks on all threads.
+
+        Compiled code holds no lock, and no world knows of another: threads change no result.
+        """
+        arguments = (
+            mask,
+            commands,
+            self.autoreset_mode == AutoresetMode.SAME_STEP,
+            self.config.drive.reflex_stop_m,
+            self._worlds,
+            self._episodes,
+            self._problem,
+            self._outputs,
+        )
+        blocks = _blocks(self.num_envs, self._thread_count)
+        if len(blocks) == 1:
+            _run_worlds(0, self.num_envs, *arguments)
             return
         if self._threads is None:
             self._threads = ThreadPoolExecutor(self._thread_count)
-        for done in [self._threads.submit(work, *b, *arguments, *state) for b in blocks]:
-            done.result()
+        for job in [self._threads.submit(_run_worlds, *block, *arguments) for block in blocks]:
+            job.result()
 
     def _commands(self, actions: Any) -> Floats:
         """Return the commanded speeds (N,) [m/s] of actions, after checking them."""
@@ -462,6 +462,14 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         info.update(
             final_obs=final, _final_obs=ended, final_info={**info, **ends}, _final_info=ended
         )
+
+
+def _blocks(worlds: int, threads: int) -> list[tuple[int, int]]:
+    """Return the ranges of worlds that threads take one after the other."""
+    if threads == 1:
+        return [(0, worlds)]
+    size = max(-(-worlds // (BLOCKS_PER_THREAD * threads)), SMALLEST_BLOCK)
+    return [(first, min(first + size, worlds)) for first in range(0, worlds, size)]
 
 
 def _autoreset_mode(given: AutoresetMode | str) -> AutoresetMode:

@@ -1,8 +1,8 @@
-"""The batched engine: many worlds as arrays, each stepped by the same formulas as the pymunk engine.
+"""The batched engine: many worlds as arrays, stepped by the formulas of the pymunk engine.
 
-What ``sim/world.py`` asks pymunk for, contacts, is answered here by ``find_contact``; everything else
-is shared line by line. ``step_world`` advances one world by one decision and allocates nothing;
-``envs/vector.py`` runs it over all worlds in parallel.
+What ``sim/world.py`` asks pymunk for, contacts, is answered here by ``find_contact``; everything
+else is shared line by line. ``step_world`` advances one world by one decision and allocates
+nothing; ``envs/vector.py`` runs it over all worlds in parallel.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Worlds(NamedTuple):
 
 
 class Mechanics(NamedTuple):
-    """What is the same in all worlds: the parameters of robot and people, as records for kernels."""
+    """What is the same in all worlds: parameters of robot and people, ready for kernels."""
 
     drive: Records  # (1,) DriveParameters
     gains: Floats  # fuzzy-PID gain table

@@ -1,8 +1,8 @@
 """When the robot touches somebody or something: the test that needs no physics engine.
 
-Discs touch discs and segments where their distance falls below the sum of the radii, strictly, as in
-Chipmunk's own narrow phase. The slack tells when nothing can touch within a social period at all, which
-spares both engines the looking.
+Discs touch discs and segments where their distance falls below the sum of the radii, strictly, as
+in Chipmunk's own narrow phase. The slack tells when nothing can touch within a social period at
+all, which spares both engines the looking.
 """
 
 from __future__ import annotations

@@ -135,7 +135,7 @@ def track_people(
         track.y = seen.y + (2.0 * u2 - 1.0) * t.position_noise_m
         track.vx = seen.vx + (2.0 * u3 - 1.0) * t.velocity_noise_mps
         track.vy = seen.vy + (2.0 * u4 - 1.0) * t.velocity_noise_mps
-        is_open = track.pattern == NO_PATTERN or track.pattern == BESIDE  # noqa: PLR1714
+        is_open = track.pattern == NO_PATTERN or track.pattern == BESIDE
         if is_open and distance <= SOCIAL_M:
             track.pattern = classify(
                 track.x - robot.x,

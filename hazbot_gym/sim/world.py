@@ -38,7 +38,7 @@ from hazbot_gym.sim.people import move_people, social_step
 _ROBOT, _PERSON, _WALL = 1, 2, 3  # collision types
 _AWAY = 1.0e6  # where bodies of absent people are parked [m]
 
-# The setter itself: assignment goes through pymunk's check of attribute names and takes twice as long.
+# The setter itself: assignment goes through pymunk's check of attribute names, at twice the cost.
 _set_velocity = pymunk.Body.velocity.fset
 
 
@@ -215,7 +215,7 @@ class World:
         self._space.step(dt_s)
 
     def _social(self, step: int) -> None:
-        """Let everybody choose a velocity for the social period that begins, and hand it to the bodies."""
+        """Let everybody choose a velocity for the next social period, and hand it to the bodies."""
         self._slack_m = _people_step(
             self.people,
             self.robots,
@@ -256,7 +256,7 @@ class World:
             self.contact = Contact(person)
 
     def _add_body(self, radius_m: float, mass_kg: float, kind: int) -> pymunk.Body:
-        """Add a disc to the space; people meet only the robot, their forces keep them from the rest."""
+        """Add a disc to the space; people collide with the robot only, forces do the rest."""
         body = pymunk.Body(mass_kg, pymunk.moment_for_circle(mass_kg, 0.0, radius_m))
         shape = pymunk.Circle(body, radius_m)
         shape.collision_type = kind

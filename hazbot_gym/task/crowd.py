@@ -116,7 +116,7 @@ def choose_reaction(u: float, shares: Floats) -> int:
     for reaction in range(shares.shape[0] - 1):
         if u < shares[reaction]:
             return reaction
-    return shares.shape[0] - 1
+    return int(shares.shape[0]) - 1
 
 
 @scalar

@@ -37,6 +37,7 @@ class Rules(NamedTuple):
     horizon: int  # decisions allowed
 
 
+TIE_MPS = 0.01  # closing speeds that differ by less count as equal, which noise must not decide
 MOVING_MPS = 0.05  # a slower robot stands (EVALUATION metric 2)
 
 
@@ -44,14 +45,14 @@ MOVING_MPS = 0.05  # a slower robot stands (EVALUATION metric 2)
 def contact_cause(robot: Record, person: Record) -> tuple[int, float]:
     """Return who caused a contact, and the relative speed at it [m/s] (EVALUATION metrics 2 and 4).
 
-    Robot-caused if the robot moves, and closes the distance faster than the person does.
+    Robot-caused if the robot moves, and closes the distance at least as fast as the person does.
     """
     dx, dy = person.x - robot.x, person.y - robot.y
     distance = max(math.hypot(dx, dy), 1e-9)
     robot_vx, robot_vy = robot.v * math.cos(robot.theta), robot.v * math.sin(robot.theta)
     robot_closing = (robot_vx * dx + robot_vy * dy) / distance
     person_closing = -(person.vx * dx + person.vy * dy) / distance
-    by_robot = abs(robot.v) > MOVING_MPS and robot_closing > person_closing
+    by_robot = abs(robot.v) > MOVING_MPS and robot_closing > person_closing - TIE_MPS
     speed = math.hypot(robot_vx - person.vx, robot_vy - person.vy)
     return BY_ROBOT if by_robot else BY_PERSON, speed
 

@@ -15,8 +15,8 @@ from typing import Annotated
 
 import numpy as np
 from annotated_types import Gt, MinLen
-from pydantic import BaseModel, ConfigDict
 
+from hazbot_gym.config import Section
 from hazbot_gym.core.geometry import (
     circle_path,
     nearest_on_segment,
@@ -34,18 +34,14 @@ Point = tuple[float, float]
 Segment = tuple[float, float, float, float]
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class CircleData(_Strict):
+class CircleData(Section):
     """One counter-clockwise lap of a circle that starts at its lowest point."""
 
     center: Point
     radius_m: Annotated[float, Gt(0)]
 
 
-class PathData(_Strict):
+class PathData(Section):
     """The robot's path: a polyline with rounded corners, or a circle."""
 
     points: Annotated[list[Point], MinLen(2)] | None = None
@@ -53,20 +49,20 @@ class PathData(_Strict):
     circle: CircleData | None = None
 
 
-class RouteData(_Strict):
+class RouteData(Section):
     """A way that people walk across the robot's path, and how far they spread to either side."""
 
     points: Annotated[list[Point], MinLen(2)]
     room_m: Annotated[float, Gt(0)] = 0.4
 
 
-class PlaceData(_Strict):
+class PlaceData(Section):
     """A place as a person would write it down."""
 
     name: str
-    walls: list[Segment] = []
+    walls: tuple[Segment, ...] = ()
     path: PathData
-    routes: list[RouteData] = []
+    routes: tuple[RouteData, ...] = ()
     along_room_m: Annotated[float, Gt(0)] = 0.7  # lateral room of people along the path
     run_out_m: Annotated[float, Gt(0)] = RUN_OUT_M
 

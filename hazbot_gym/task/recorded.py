@@ -1,8 +1,8 @@
 """Real people in the robot's way: stretches of recordings, replayed, or used to seed walkers.
 
-Replayed people walk as recorded, whatever the robot does (only not through it). Seeding takes from each
-person only when and where it comes in, how fast it walks and where it leaves; the social-force model
-does the rest, so that these people do answer to the robot.
+Replayed people walk as recorded, whatever the robot does (only not through it). Seeding takes from
+each person only when and where it comes in, how fast it walks and where it leaves; the social-force
+model does the rest, so that these people do answer to the robot.
 """
 
 from __future__ import annotations
@@ -41,11 +41,12 @@ from hazbot_gym.task.tracks import Recording, resample
 
 ATTEMPTS = 8  # to find a moment at which nobody stands at the robot's start
 START_ROOM_M = 1.5  # free distance to people at the start
+SHORTEST_WAY_M = 1.0  # from entry to exit, of people who seed walkers
 EMPTY_STEPS = 4  # between two people in a slot, so that every decision can tell them apart
 
 
 class RecordedTable(NamedTuple):
-    """Recordings as arrays, one after the other; place 2 r is recording r one way, 2 r + 1 the other."""
+    """Recordings as arrays, one after the other; places 2 r and 2 r + 1 are the ways through r."""
 
     dt_s: float  # the social period, on which positions are given
     starts: npt.NDArray[np.int64]  # (recordings,) first row of each in ``positions``
@@ -116,11 +117,14 @@ def _place(recording: Recording, *, is_reversed: bool) -> Place:
 
 
 def _entries(recording: Recording) -> Entries:
-    return entries(_inside_corridor(recording))
+    """Return how people come in, without those who leave where they came: theirs is no way."""
+    came = entries(_inside_corridor(recording))
+    is_way = np.hypot(*(came.exit_points - came.entry_points).T) >= SHORTEST_WAY_M
+    return Entries(*(column[is_way] for column in came))
 
 
 def _with_entry_routes(place: Place, recording: Recording) -> Place:
-    """Return the place with one straight route for each person, from where it came in to its exit."""
+    """Return the place with a straight route for each person, from where it came in to its exit."""
     came = _entries(recording)
     ends = [np.stack(pair) for pair in zip(came.entry_points, came.exit_points, strict=True)]
     routes = pad_routes(ends) if ends else np.zeros((0, 2, 3))
@@ -145,6 +149,8 @@ def _inside_corridor(recording: Recording) -> Recording:
             ids.append(recording.ids[i])
             firsts.append(recording.first_steps[i] + inside[0])
             tracks.append(track[inside[0] : inside[-1] + 1])
+    if not tracks:
+        raise InvalidInput(f"tracks: nobody in {recording.name} comes into its corridor")
     return replace(
         recording,
         ids=np.array(ids),
@@ -192,7 +198,7 @@ def draw_stretch(
 ) -> tuple[int, int]:
     """Return which place, and which row of the positions an episode starts at.
 
-    The stretch leaves time for twice the drive at nominal speed, where the recording is long enough.
+    It leaves time for twice the drive at nominal speed, where the recording is long enough.
     """
     u_which, u_way, _, _ = uniform4(key, SCENARIO, 0, 0)
     which = min(int(u_which * table.starts.shape[0]), table.starts.shape[0] - 1)
@@ -221,7 +227,7 @@ def fill_seeded(
     people: Records, table: RecordedTable, routes: Floats, which: int, start_s: float,
     shares: Floats, key: np.uint64,
 ) -> None:  # fmt: skip
-    """Write social-force people who come in from a moment of recording ``which`` on, as recorded."""
+    """Write social-force people who come in from a moment of a recording on, as recorded."""
     times_s = table.entry_times_s[which]
     first = 0
     while first < times_s.shape[0] and times_s[first] < start_s:

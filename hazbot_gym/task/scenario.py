@@ -1,7 +1,8 @@
-"""Where an episode's people come from: drawn, given one by one, replayed, or seeded from real tracks.
+"""Where an episode's people come from: drawn, given singly, replayed, or seeded from tracks.
 
-Everything that a scenario can be made of is laid out in one table of arrays, and ``draw_scenario`` turns a
-key into a scenario: the same key, the same scenario, in either engine and whoever drives through it.
+Everything that a scenario can be made of is laid out in one table of arrays, and ``draw_scenario``
+turns a key into a scenario: the same key, the same scenario, in either engine and whoever drives
+through it.
 """
 
 from __future__ import annotations
@@ -140,7 +141,7 @@ def _draw(people: Records, table: ScenarioTable, key: np.uint64) -> tuple[int, i
 
 @scalar
 def recording_from(table: ScenarioTable, place: int, row: int) -> Floats:
-    """Return the positions of a stretch from a row to its recording's end; empty if not replayed."""
+    """Return the positions from a row to its recording's end; empty if not replayed."""
     if table.kind != REPLAYED:
         return table.recorded.positions[:0]
     which = place // 2

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hazbot_gym.core.state import (
+    PATH_PIECE,
     PERSON,
     PRESENT,
     ROBOT,
@@ -30,7 +31,7 @@ def a_place(walls: list[tuple[float, ...]] | None = None) -> Place:
     kinds = np.zeros(1, np.int64)
     anchors = np.zeros((1, 2))
     segments = np.array(walls or []).reshape(-1, 4)
-    return Place(segments, records(PERSON, 0), nothing, kinds, anchors, anchors[0])
+    return Place(segments, records(PATH_PIECE, 0), nothing, kinds, anchors, anchors[0])
 
 
 def people_at(*states: tuple[float, float, float, float]) -> Records:
