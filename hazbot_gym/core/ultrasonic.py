@@ -13,7 +13,7 @@ from typing import Annotated, NamedTuple
 
 from annotated_types import Ge, Gt, Le
 
-from hazbot_gym.core.geometry import clip, nearest_on_segment, wrap_angle
+from hazbot_gym.core.geometry import nearest_on_segment
 from hazbot_gym.core.jit import scalar
 
 FRONT_LEFT, FRONT_RIGHT, SIDE_LEFT, SIDE_RIGHT = 0, 1, 2, 3
@@ -44,8 +44,41 @@ def mounting_angle(sensor: int, front_angle_rad: float) -> float:
     return math.pi / 2 if sensor == SIDE_LEFT else -math.pi / 2
 
 
+class Cone(NamedTuple):
+    """A sensor's cone by its directions: no angle is worked out for each surface."""
+
+    axis_x: float  # unit vector along the axis
+    axis_y: float
+    cos_half: float  # of the half opening angle
+    sin_half: float
+
+
 @scalar
-def disc_echo(dx: float, dy: float, radius: float, axis_rad: float, half_cone_rad: float) -> float:
+def cone_at(axis_rad: float, half_cone_rad: float) -> Cone:
+    """Return the cone around an axis."""
+    return Cone(
+        math.cos(axis_rad), math.sin(axis_rad), math.cos(half_cone_rad), math.sin(half_cone_rad)
+    )
+
+
+@scalar
+def _edge(cone: Cone, side: float) -> tuple[float, float]:
+    """Return the direction of the cone's left (side 1) or right edge (side -1)."""
+    sin_half = side * cone.sin_half
+    return (
+        cone.axis_x * cone.cos_half - cone.axis_y * sin_half,
+        cone.axis_y * cone.cos_half + cone.axis_x * sin_half,
+    )
+
+
+@scalar
+def _is_inside(x: float, y: float, distance: float, cone: Cone) -> bool:
+    """Tell whether a point at a distance lies in the cone; the sensor itself does."""
+    return x * cone.axis_x + y * cone.axis_y >= distance * cone.cos_half
+
+
+@scalar
+def disc_echo(dx: float, dy: float, radius: float, cone: Cone) -> float:
     """Return the distance to a disc's nearest point inside the cone, or inf.
 
     With d = |(dx, dy)|, phi = angle between the centre and the cone's axis, alpha = half cone, the
@@ -57,25 +90,26 @@ def disc_echo(dx: float, dy: float, radius: float, axis_rad: float, half_cone_ra
         dx: Centre of the disc relative to the sensor [m].
         dy: The same, other axis [m].
         radius: Radius of the disc [m].
-        axis_rad: Direction of the cone's axis.
-        half_cone_rad: Half opening angle.
+        cone: What the sensor hears.
     """
-    d = math.hypot(dx, dy)
+    squared = dx * dx + dy * dy
+    d = math.sqrt(squared)
     if d <= radius:
         return 0.0
-    delta = abs(wrap_angle(math.atan2(dy, dx) - axis_rad)) - half_cone_rad
-    if delta <= 0.0:
+    if _is_inside(dx, dy, d, cone):
         return d - radius
-    miss = d * math.sin(delta)
-    if delta >= math.pi / 2 or miss > radius:
+    side = 1.0 if cone.axis_x * dy - cone.axis_y * dx >= 0.0 else -1.0
+    edge_x, edge_y = _edge(cone, side)
+    along = dx * edge_x + dy * edge_y  # d cos(delta)
+    half_chord_squared = radius * radius - (squared - along * along)
+    if along <= 0.0 or half_chord_squared < 0.0:
         return math.inf
-    return d * math.cos(delta) - math.sqrt(radius * radius - miss * miss)
+    return along - math.sqrt(half_chord_squared)
 
 
 @scalar
-def _ray_echo(x1: float, y1: float, x2: float, y2: float, angle_rad: float) -> float:
-    """Return the distance from the origin to a segment along a ray, or inf."""
-    cos_a, sin_a = math.cos(angle_rad), math.sin(angle_rad)
+def _ray_echo(x1: float, y1: float, x2: float, y2: float, cos_a: float, sin_a: float) -> float:
+    """Return the distance from the origin to a segment along the ray (cos_a, sin_a), or inf."""
     sx, sy = x2 - x1, y2 - y1
     cross = cos_a * sy - sin_a * sx
     if cross == 0.0:
@@ -86,45 +120,38 @@ def _ray_echo(x1: float, y1: float, x2: float, y2: float, angle_rad: float) -> f
 
 
 @scalar
-def _is_in_cone(x: float, y: float, axis_rad: float, half_cone_rad: float) -> bool:
-    return abs(wrap_angle(math.atan2(y, x) - axis_rad)) <= half_cone_rad
-
-
-@scalar
-def segment_echo(
-    x1: float, y1: float, x2: float, y2: float, axis_rad: float, sensor: Ultrasonic
-) -> float:
+def segment_echo(x1: float, y1: float, x2: float, y2: float, cone: Cone, cos_miss: float) -> float:
     """Return the distance from the origin to a segment's nearest point inside the cone, or inf.
 
     The nearest point is the foot of the perpendicular or an end, where these lie inside the cone,
-    or else where one of the cone's edges meets the segment. A surface that is met at more than
-    ``miss_angle_rad`` from its normal reflects the pulse away (specular miss).
+    or else where one of the cone's edges meets the segment. A surface that is met at more than the
+    miss angle from its normal reflects the pulse away (specular miss).
 
     Args:
         x1: Start of the segment relative to the sensor [m].
         y1: The same, other axis [m].
         x2: End of the segment [m].
         y2: The same, other axis [m].
-        axis_rad: Direction of the cone's axis.
-        sensor: The sensor's parameters.
+        cone: What the sensor hears.
+        cos_miss: Cosine of the miss angle; 0 or less if nothing is missed.
     """
-    alpha = sensor.half_cone_rad
     near_x, near_y = nearest_on_segment(0.0, 0.0, x1, y1, x2, y2)
-    if _is_in_cone(near_x, near_y, axis_rad, alpha):
+    distance = math.sqrt(near_x * near_x + near_y * near_y)
+    if _is_inside(near_x, near_y, distance, cone):
         echo_x, echo_y = near_x, near_y
-        distance = math.hypot(near_x, near_y)
     else:
-        left = _ray_echo(x1, y1, x2, y2, axis_rad + alpha)
-        right = _ray_echo(x1, y1, x2, y2, axis_rad - alpha)
+        left_x, left_y = _edge(cone, 1.0)
+        right_x, right_y = _edge(cone, -1.0)
+        left = _ray_echo(x1, y1, x2, y2, left_x, left_y)
+        right = _ray_echo(x1, y1, x2, y2, right_x, right_y)
         distance = min(left, right)
-        edge = axis_rad + alpha if left <= right else axis_rad - alpha
         if distance == math.inf:
             return math.inf
-        echo_x, echo_y = distance * math.cos(edge), distance * math.sin(edge)
-    length = math.hypot(x2 - x1, y2 - y1)
-    if distance > 0.0 and length > 0.0:
-        cross = abs(echo_x * (y2 - y1) - echo_y * (x2 - x1)) / (distance * length)
-        incidence = math.acos(clip(cross, 0.0, 1.0))  # between the pulse and the wall's normal
-        if incidence > sensor.miss_angle_rad + 1e-9:
+        echo_x = distance * (left_x if left <= right else right_x)
+        echo_y = distance * (left_y if left <= right else right_y)
+    if cos_miss > 0.0 and distance > 0.0:
+        sx, sy = x2 - x1, y2 - y1
+        facing = abs(echo_x * sy - echo_y * sx)  # cos(incidence) |echo| |segment|
+        if facing < (cos_miss - 1e-9) * distance * math.sqrt(sx * sx + sy * sy):
             return math.inf
     return distance

@@ -26,7 +26,13 @@ from hazbot_gym.core.state import (
     Records,
     records,
 )
-from hazbot_gym.core.ultrasonic import Ultrasonic, disc_echo, mounting_angle, segment_echo
+from hazbot_gym.core.ultrasonic import (
+    Ultrasonic,
+    cone_at,
+    disc_echo,
+    mounting_angle,
+    segment_echo,
+)
 
 SENSORS = 4
 
@@ -53,21 +59,22 @@ class SensorParameters(NamedTuple):
 @scalar
 def echo(sensor: int, robot: Record, people: Records, walls: Floats, p: Ultrasonic) -> float:
     """Return the true distance of a sensor's first echo, at most its range [m]."""
-    axis = robot.theta + mounting_angle(sensor, p.front_angle_rad)
-    x = robot.x + p.mount_radius_m * math.cos(axis)
-    y = robot.y + p.mount_radius_m * math.sin(axis)
+    cone = cone_at(robot.theta + mounting_angle(sensor, p.front_angle_rad), p.half_cone_rad)
+    cos_miss = math.cos(p.miss_angle_rad) if p.miss_angle_rad < math.pi / 2 else 0.0
+    x = robot.x + p.mount_radius_m * cone.axis_x
+    y = robot.y + p.mount_radius_m * cone.axis_y
     nearest = p.range_m
     for i in range(people.shape[0]):
         if people[i].status == PRESENT:
             dx, dy = people[i].x - x, people[i].y - y
             reach = nearest + people[i].radius
             if dx * dx + dy * dy < reach * reach:
-                nearest = min(nearest, disc_echo(dx, dy, people[i].radius, axis, p.half_cone_rad))
+                nearest = min(nearest, disc_echo(dx, dy, people[i].radius, cone))
     for k in range(walls.shape[0]):
         x1, y1, x2, y2 = walls[k, 0] - x, walls[k, 1] - y, walls[k, 2] - x, walls[k, 3] - y
         near_x, near_y = nearest_on_segment(0.0, 0.0, x1, y1, x2, y2)
         if near_x * near_x + near_y * near_y < nearest * nearest:  # else no part of it is nearer
-            nearest = min(nearest, segment_echo(x1, y1, x2, y2, axis, p))
+            nearest = min(nearest, segment_echo(x1, y1, x2, y2, cone, cos_miss))
     return nearest
 
 

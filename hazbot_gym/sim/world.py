@@ -107,7 +107,7 @@ class World:
         self._x, self._y = self.robots["x"], self.robots["y"]
         self._space = pymunk.Space()
         for kind in (_PERSON, _WALL):
-            self._space.on_collision(_ROBOT, kind, begin=self._on_contact)
+            self._space.on_collision(_ROBOT, kind, pre_solve=self._on_contact)
         self._robot_body = self._add_body(ROBOT_RADIUS_M, ROBOT_MASS_KG, _ROBOT)
         self._person_bodies: list[pymunk.Body] = []
         self._wall_shapes: list[pymunk.Segment] = []

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -120,7 +121,7 @@ def test_any_polyline_is_a_path_between_its_ends_or_refused(
         return
     length = path_length(path.view(np.recarray))
     ends = sample_path(path, np.array([0.0, length]))
-    polyline_m = sum(math.dist(a, b) for a, b in zip(points, points[1:], strict=False))
+    polyline_m = sum(math.dist(a, b) for a, b in itertools.pairwise(points))
 
     assert ends[:, :2] == pytest.approx(np.array([points[0], points[-1]]), abs=1e-6)
     assert length <= polyline_m + 1e-9

@@ -49,7 +49,7 @@ def test_uniform_numbers_are_uniform_and_the_four_of_a_call_independent() -> Non
     counts = np.array([np.histogram(column, 20, (0.0, 1.0))[0] for column in numbers.T])
     chi_squared = np.sum((counts - STEPS / 20) ** 2 / (STEPS / 20), axis=1)
 
-    assert 0.0 < numbers.min()
+    assert numbers.min() > 0.0
     assert numbers.max() < 1.0
     assert chi_squared.max() < 43.8  # p = 0.001 at 19 degrees of freedom
     correlations = np.corrcoef(numbers.T)[np.triu_indices(4, 1)]

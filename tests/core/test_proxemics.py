@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,7 @@ METRES_PER_FOOT = 0.3048
 def test_zones_are_those_of_hall() -> None:
     halls = np.array([1.5, 4.0, 12.0]) * METRES_PER_FOOT
 
-    assert [INTIMATE_M, PERSONAL_M, SOCIAL_M] == pytest.approx(halls, rel=0.02)
+    assert pytest.approx(halls, rel=0.02) == [INTIMATE_M, PERSONAL_M, SOCIAL_M]
 
 
 @pytest.mark.parametrize(
@@ -27,5 +29,5 @@ def test_intrusion_grows_from_the_edge_of_personal_to_that_of_intimate_space(
 def test_intrusion_never_grows_with_the_clearance() -> None:
     depths = [intrusion_depth(clearance_m) for clearance_m in np.linspace(-0.5, 2.0, 251)]
 
-    assert all(near >= far for near, far in zip(depths, depths[1:], strict=False))
+    assert all(near >= far for near, far in itertools.pairwise(depths))
     assert len({round(depth, 6) for depth in depths}) > 70, "it grades instead of switching"

@@ -8,13 +8,14 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from hazbot_gym.core.jit import kernel
-from hazbot_gym.core.state import Floats, Records, as_record
+from hazbot_gym.core.state import Floats
 from hazbot_gym.core.ultrasonic import (
     FRONT_LEFT,
     FRONT_RIGHT,
     SENSOR_NAMES,
     SIDE_LEFT,
     Ultrasonic,
+    cone_at,
     disc_echo,
     mounting_angle,
     segment_echo,
@@ -22,6 +23,7 @@ from hazbot_gym.core.ultrasonic import (
 
 SENSOR = Ultrasonic()
 ALPHA = SENSOR.half_cone_rad
+AHEAD = cone_at(0.0, ALPHA)
 SPACING_RAD = 2.5e-4  # between the rays of a bundle
 
 ANGLES = st.floats(-math.pi, math.pi)
@@ -67,7 +69,7 @@ def segment_by_rays(
 def test_disc_is_as_far_as_a_bundle_of_rays_says(
     center: tuple[float, float], radius: float, axis_rad: float
 ) -> None:
-    echo = disc_echo(*center, radius, axis_rad, ALPHA)
+    echo = disc_echo(*center, radius, cone_at(axis_rad, ALPHA))
 
     assert echo <= disc_by_rays(center, radius, axis_rad, ALPHA) + 1e-9
     assert echo >= disc_by_rays(center, radius, axis_rad, ALPHA + 1e-3) - 1e-5
@@ -83,7 +85,7 @@ def test_segment_is_as_far_as_a_bundle_of_rays_says(
     line_m = abs(start[0] * end[1] - start[1] * end[0]) / length  # how far the segment's line is
     assume(line_m > 0.3)  # rays are too coarse for what is seen end-on
 
-    echo = segment_echo(*start, *end, axis_rad, SENSOR)
+    echo = segment_echo(*start, *end, cone_at(axis_rad, ALPHA), 0.0)
 
     assert echo <= segment_by_rays(start, end, axis_rad, ALPHA) + 1e-9
     slope = echo**2 / line_m if echo < math.inf else 0.0  # of the distance along the segment
@@ -96,12 +98,13 @@ def test_mirrored_world_gives_the_same_echo(
     start: tuple[float, float], end: tuple[float, float], axis_rad: float
 ) -> None:
     (x1, y1), (x2, y2) = start, end
-    disc = disc_echo(x1, y1, 0.2, axis_rad, ALPHA)
-    segment = segment_echo(x1, y1, x2, y2, axis_rad, SENSOR)
+    cone, mirrored = cone_at(axis_rad, ALPHA), cone_at(-axis_rad, ALPHA)
+    disc = disc_echo(x1, y1, 0.2, cone)
+    segment = segment_echo(x1, y1, x2, y2, cone, 0.0)
 
-    assert disc_echo(x1, -y1, 0.2, -axis_rad, ALPHA) == pytest.approx(disc)
-    assert segment_echo(x1, -y1, x2, -y2, -axis_rad, SENSOR) == pytest.approx(segment)
-    assert segment_echo(x2, y2, x1, y1, axis_rad, SENSOR) == pytest.approx(segment)
+    assert disc_echo(x1, -y1, 0.2, mirrored) == pytest.approx(disc)
+    assert segment_echo(x1, -y1, x2, -y2, mirrored, 0.0) == pytest.approx(segment)
+    assert segment_echo(x2, y2, x1, y1, cone, 0.0) == pytest.approx(segment)
 
 
 @pytest.mark.parametrize(
@@ -115,7 +118,7 @@ def test_mirrored_world_gives_the_same_echo(
     ],
 )
 def test_disc_answers_with_its_nearest_point(dx: float, dy: float, expected: float) -> None:
-    assert disc_echo(dx, dy, 0.2, 0.0, ALPHA) == pytest.approx(expected)
+    assert disc_echo(dx, dy, 0.2, AHEAD) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(
@@ -132,21 +135,21 @@ def test_disc_answers_with_its_nearest_point(dx: float, dy: float, expected: flo
 def test_segment_answers_with_its_nearest_point(
     segment: tuple[float, float, float, float], expected: float
 ) -> None:
-    assert segment_echo(*segment, 0.0, SENSOR) == pytest.approx(expected)
+    assert segment_echo(*segment, AHEAD, 0.0) == pytest.approx(expected)
 
 
 def test_wall_met_at_a_slant_reflects_the_pulse_away() -> None:
-    keen = SENSOR._replace(miss_angle_rad=math.radians(60.0))
+    keen = math.cos(math.radians(60.0))
     # A wall to the left along the axis is met by the cone's edge at 90 - 15 = 75 deg.
     along = (0.0, 1.0, 9.0, 1.0)
 
-    assert segment_echo(*along, 0.0, SENSOR) < 4.0
-    assert segment_echo(*along, 0.0, keen) == math.inf
-    assert segment_echo(*along, 0.0, keen._replace(miss_angle_rad=math.radians(75.1))) < 4.0
-    assert segment_echo(2.0, -1.0, 2.0, 1.0, 0.0, keen) == 2.0
+    assert segment_echo(*along, AHEAD, 0.0) < 4.0
+    assert segment_echo(*along, AHEAD, keen) == math.inf
+    assert segment_echo(*along, AHEAD, math.cos(math.radians(75.1))) < 4.0
+    assert segment_echo(2.0, -1.0, 2.0, 1.0, AHEAD, keen) == 2.0
     for slant_deg, expected in ((59.0, True), (61.0, False)):
         t = math.tan(math.radians(slant_deg))  # through (2, 0.6): seen by its nearer end only
-        echo = segment_echo(2.0, 0.0, 2.0 + t, 1.0, 0.0, keen)
+        echo = segment_echo(2.0, 0.0, 2.0 + t, 1.0, AHEAD, keen)
         assert math.isfinite(echo) is expected
 
 
@@ -158,23 +161,24 @@ def test_sensors_look_left_and_right_alike() -> None:
 
 
 @kernel
-def compiled_echoes(rows: Floats, sensors: Records, out: Floats) -> None:
-    sensor = sensors[0]
+def compiled_echoes(rows: Floats, cos_miss: float, out: Floats) -> None:
     for i in range(rows.shape[0]):
         x1, y1, x2, y2, axis = rows[i]
-        out[i, 0] = disc_echo(x1, y1, 0.2, axis, sensor.half_cone_rad)
-        out[i, 1] = segment_echo(x1, y1, x2, y2, axis, sensor)
+        cone = cone_at(axis, ALPHA)
+        out[i, 0] = disc_echo(x1, y1, 0.2, cone)
+        out[i, 1] = segment_echo(x1, y1, x2, y2, cone, cos_miss)
 
 
 def test_compiled_code_agrees_with_python() -> None:
     rows = np.random.default_rng(2).uniform(-3.0, 3.0, (1000, 5))
-    sensor = SENSOR._replace(miss_angle_rad=1.0)
+    cos_miss = math.cos(1.0)
     out = np.empty((1000, 2))
-    compiled_echoes(rows, as_record(sensor), out)
+    compiled_echoes(rows, cos_miss, out)
 
     expected = [
-        (disc_echo(*row[:2], 0.2, row[4], ALPHA), segment_echo(*row, sensor))
+        (disc_echo(*row[:2], 0.2, cone), segment_echo(*row[:4], cone, cos_miss))
         for row in rows.tolist()
+        for cone in (cone_at(row[4], ALPHA),)
     ]
     assert np.isfinite(out).sum(axis=0).min() > 50
     assert out == pytest.approx(np.array(expected), rel=1e-12)

@@ -242,9 +242,9 @@ def test_people_who_come_head_on_without_a_script_stay_in_the_robots_way() -> No
 def test_crossing_without_a_route_across_is_refused() -> None:
     place = load_place("doorway")
 
-    with pytest.raises(InvalidInput, match="people.family: given 'crossing'"):
+    with pytest.raises(InvalidInput, match=r"people\.family: given 'crossing'"):
         sampler(place, family="crossing")
-    with pytest.raises(InvalidInput, match="people.mix: asks for crossing only"):
+    with pytest.raises(InvalidInput, match=r"people\.mix: asks for crossing only"):
         sampler(place, mix=(1, 0, 0, 0))
     routes = sampler(place, count=(64, 64), mix=(9, 1, 1, 1))(0)["route"]
     assert set(place.route_kinds[routes]) == {ALONG, AGAINST}

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -54,7 +55,7 @@ def test_people_fit_on_their_lanes_in_every_built_in_place(name: str) -> None:
     place = load_place(name)
 
     for route, room_m in zip(place.routes, place.route_rooms, strict=True):
-        for a, b in zip(route[:-1, :2], route[1:, :2], strict=True):
+        for a, b in itertools.pairwise(route[:, :2]):
             t = np.linspace(0.0, 1.0, 50)[:, None]
             assert clearances(a + t * (b - a), place.walls).min() > room_m, "no lane in a wall"
 
@@ -69,9 +70,9 @@ def test_every_place_has_a_way_with_and_a_way_against_the_robot(name: str) -> No
     with_robot, against = place.routes[:2]
     assert np.allclose(with_robot[::-1, :2], against[:, :2])
     for point in path[::10]:
-        ends = zip(with_robot[:-1], with_robot[1:], strict=True)
         nearest = min(
-            np.hypot(*(point - nearest_on_segment(*point, *a[:2], *b[:2]))) for a, b in ends
+            np.hypot(*(point - nearest_on_segment(*point, *a, *b)))
+            for a, b in itertools.pairwise(with_robot[:, :2])
         )
         assert nearest < 0.05, "people walk where the robot drives"
 

@@ -179,7 +179,7 @@ def test_contact_is_judged_by_its_speed_and_who_caused_it() -> None:
 
 
 def a_stroll(commands: list[float]) -> float:
-    """Return the default reward of driving alone with these commanded speeds, as shares of nominal."""
+    """Return the default reward of driving alone at these shares of the nominal speed."""
     weights: dict[str, Any] = RewardWeights()._asdict()
     changes = np.diff([0.0, *commands])
     steps = [judged(advance=c, command_change=d) for c, d in zip(commands, changes, strict=True)]

@@ -1,0 +1,263 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hazbot_gym.core.jit import kernel
+from hazbot_gym.core.state import (
+    GONE,
+    PERSON,
+    REPLAY,
+    SOCIAL_FORCE,
+    WAITING,
+    Floats,
+    Ints,
+    Records,
+    records,
+)
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.task.place_table import PlaceTable, stack_places
+from hazbot_gym.task.recorded import (
+    START_ROOM_M,
+    RecordedTable,
+    draw_stretch,
+    fill_replayed,
+    fill_seeded,
+    load_recordings,
+    most_entries,
+    recorded_places,
+    recorded_table,
+)
+from hazbot_gym.task.synthetic_tracks import synthetic_recording
+from hazbot_gym.task.tracks import Corridor, Recording, resample
+
+DT_S = 0.05
+KEYS = 200
+SHARES = np.array([0.5, 1.0, 1.0, 1.0])
+
+
+@kernel
+def stretches(table: RecordedTable, places: PlaceTable, speed_mps: float, out: Ints) -> None:
+    for key in range(out.shape[0]):
+        out[key, 0], out[key, 1] = draw_stretch(table, places, np.uint64(key), speed_mps)
+
+
+@kernel
+def seed(
+    people: Records, table: RecordedTable, routes: Floats, start_s: float, key: np.uint64
+) -> None:
+    fill_seeded(people, table, routes, 0, start_s, SHARES, key)
+
+
+def walking(*tracks: Floats, first_steps: list[int] | None = None) -> Recording:
+    """Return people who walk freely, one position every 0.1 s."""
+    return Recording(
+        name="few",
+        dt_s=0.1,
+        ids=np.arange(len(tracks)),
+        first_steps=np.array(first_steps or [0] * len(tracks)),
+        lengths=np.array([len(track) for track in tracks]),
+        positions=np.concatenate(tracks),
+    )
+
+
+def straight(x1: float, x2: float, y: float = 0.0, steps: int = 100) -> Floats:
+    return np.column_stack([np.linspace(x1, x2, steps), np.full(steps, y)])
+
+
+def drawn(recordings: list[Recording], speed_mps: float = 0.5) -> tuple[RecordedTable, Ints]:
+    """Return the recordings' table, and the place and row of the first keys (KEYS, 2)."""
+    table = recorded_table(recordings, DT_S)
+    out = np.zeros((KEYS, 2), np.int64)
+    stretches(table, stack_places(recorded_places(recordings, with_entries=False)), speed_mps, out)
+    return table, out
+
+
+def sets_at_each_step(positions: Floats) -> list[set[tuple[float, float]]]:
+    return [{(x, y) for x, y in row if not np.isnan(x)} for row in positions.tolist()]
+
+
+def test_table_holds_everybody_at_every_step_in_fewer_slots() -> None:
+    recording = synthetic_recording()
+    table = recorded_table([recording, recording], DT_S)
+    expected = resample(recording, DT_S)
+
+    assert table.counts.tolist() == [len(expected)] * 2
+    assert table.starts.tolist() == [0, len(expected)]
+    assert sets_at_each_step(table.positions[: len(expected)]) == sets_at_each_step(expected)
+    assert np.array_equal(*np.split(table.positions, 2), equal_nan=True)
+    assert table.positions.shape[1] < recording.people / 2
+
+
+def test_slot_is_empty_for_two_decisions_before_the_next_person_takes_it() -> None:
+    # The second comes 0.2 s after the first has gone, too soon for its slot; the third does not.
+    recording = walking(
+        straight(0, 9), straight(9, 0), straight(0, 9, 1.0), first_steps=[0, 101, 103]
+    )
+    positions = recorded_table([recording], DT_S).positions
+
+    assert positions.shape[1] == 2
+    is_there = ~np.isnan(positions[:, 0, 0])
+    gap = np.flatnonzero(is_there[1:] & ~is_there[:-1]) - np.flatnonzero(
+        is_there[:-1] & ~is_there[1:]
+    )
+    assert gap.tolist() == [7]
+    assert positions[-1, 0].tolist() == pytest.approx([9.0, 1.0])
+
+
+def test_stretches_go_both_ways_through_all_recordings() -> None:
+    recordings = [synthetic_recording(0), synthetic_recording(1)]
+    table, out = drawn(recordings)
+    places, rows = out.T
+
+    assert np.bincount(places, minlength=4).min() > KEYS / 4 * 0.6
+    which = places // 2
+    assert (rows >= table.starts[which]).all()
+    needed = 2.0 * 12.0 / 0.5 / DT_S
+    latest = table.starts[which] + np.maximum(table.counts[which] - needed, 0)
+    assert (rows <= latest).all()
+    assert len(np.unique(rows)) > KEYS / 2
+
+
+def test_robot_starts_where_nobody_stands() -> None:
+    recordings = [synthetic_recording(0)]
+    table, out = drawn(recordings, speed_mps=5.0)  # leaves most of the recording to choose from
+    starts = np.array([[0.0, 0.0], [12.0, 0.0]])
+
+    apart = table.positions[out[:, 1]] - starts[out[:, 0]][:, None]
+    nearest = np.nanmin(np.hypot(*np.moveaxis(apart, -1, 0)), axis=1, initial=np.inf)
+    blind = table.positions[:, None] - starts[:, None]
+    is_taken = np.nanmin(np.hypot(*np.moveaxis(blind, -1, 0)), axis=2, initial=np.inf)
+    assert np.mean(is_taken < START_ROOM_M) > 0.05, "one would start blindly in somebody's way"
+    assert nearest.min() >= START_ROOM_M
+
+
+def test_recording_shorter_than_the_drive_is_replayed_from_its_beginning() -> None:
+    recording = walking(straight(0, 9), straight(9, 0, 2.0))
+    _, out = drawn([recording])
+
+    assert set(out[:, 1]) == {0}
+
+
+def test_way_through_a_corridor_has_its_walls_and_runs_in_both_directions() -> None:
+    there, back = recorded_places([synthetic_recording()], with_entries=False)
+
+    assert there.path["heading"].tolist() == [0.0]
+    assert abs(back.path["heading"][0]) == pytest.approx(np.pi)
+    assert np.array_equal(there.walls, back.walls)
+    assert len(there.walls) == 2
+
+
+def test_replayed_people_wait_for_their_slots() -> None:
+    people = records(PERSON, 3)
+    fill_replayed(people.view(np.recarray))
+
+    assert people["model"].tolist() == [REPLAY] * 3
+    assert people["status"].tolist() == [WAITING] * 3
+    assert people["route"].tolist() == [0, 1, 2]
+
+
+def test_seeded_people_come_in_as_recorded_from_the_moment_on() -> None:
+    recording = walking(
+        straight(0, 9),  # came before
+        straight(9, 0, 1.0),
+        straight(0, 12, 2.0),
+        first_steps=[0, 30, 80],
+    )
+    table = recorded_table([recording], DT_S)
+    place = recorded_places([recording], with_entries=True)[0]
+    people = records(PERSON, 4)
+    seed(people, table, place.routes, 1.0, np.uint64(7))
+
+    assert people["status"].tolist() == [WAITING, WAITING, GONE, GONE]
+    assert people["enters_s"][:2] == pytest.approx([2.0, 7.0])
+    assert people["desired_speed"][:2] == pytest.approx([9.0 / 9.9, 12.0 / 9.9], rel=1e-3)
+    assert set(people["model"][:2]) == {SOCIAL_FORCE}
+    for person in people[:2]:
+        route = place.routes[person["route"]]
+        assert (person["x"], person["y"]) == tuple(route[0, :2])
+    ends = [place.routes[route][-1, :2].tolist() for route in people["route"][:2]]
+    assert ends == [[0.0, 1.0], [12.0, 2.0]]
+
+
+def test_seeded_peoples_reactions_are_drawn_by_the_key() -> None:
+    recording = synthetic_recording()
+    table = recorded_table([recording], DT_S)
+    routes = recorded_places([recording], with_entries=True)[0].routes
+    crowds = []
+    for key in range(40):
+        people = records(PERSON, 20)
+        seed(people, table, routes, 0.0, np.uint64(key))
+        crowds.append(people["reaction"])
+
+    assert np.bincount(np.concatenate(crowds)) / 800 == pytest.approx([0.5, 0.5], abs=0.06)
+    assert not np.array_equal(crowds[0], crowds[1])
+
+
+def test_room_is_made_for_the_most_people_who_come_in_within_an_episode() -> None:
+    recording = walking(*(straight(0, 9, y) for y in range(5)), first_steps=[0, 100, 150, 200, 500])
+    table = recorded_table([recording], DT_S)
+
+    assert most_entries(table, 1.0) == 1
+    assert most_entries(table, 10.1) == 3
+    assert most_entries(table, 100.0) == 5
+
+
+def test_who_returns_to_where_it_came_from_seeds_nobody() -> None:
+    there_and_back = np.concatenate([straight(0, 5), straight(5, 0)])
+    recording = walking(there_and_back, straight(9, 0, 1.0))
+    table = recorded_table([recording], DT_S)
+
+    assert np.isfinite(table.entry_times_s).sum() == 1
+    places = recorded_places([recording], with_entries=True)
+    assert [len(place.routes) for place in places] == [1, 1]
+
+
+def test_seeded_routes_stay_in_the_corridor() -> None:
+    recording = replace(
+        synthetic_recording(),
+        corridor=Corridor("x", (2.0, 10.0), (-1.5, 1.5)),
+        walls=np.zeros((0, 4)),
+    )
+    routes = recorded_places([recording], with_entries=True)[0].routes
+
+    assert routes[:, :, 0].min() >= 2.0
+    assert routes[:, :, 0].max() <= 10.0
+    assert np.ptp(routes[:, :, 0], axis=1).min() > 7.5
+
+
+def test_corridor_that_nobody_walks_through_is_refused() -> None:
+    recording = replace(synthetic_recording(), corridor=Corridor("x", (90.0, 99.0), (-1.5, 1.5)))
+
+    with pytest.raises(InvalidInput, match="tracks: nobody in synthetic comes into its corridor"):
+        recorded_table([recording], DT_S)
+
+
+def test_tracks_that_are_not_there_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match=r"tracks: given '.*nowhere', there is no such file"):
+        load_recordings(str(tmp_path / "nowhere"))
+    with pytest.raises(InvalidInput, match="tracks: no recordings"):
+        load_recordings(str(tmp_path))
+
+
+def test_without_tracks_the_package_brings_its_own() -> None:
+    assert [recording.name for recording in load_recordings(None)] == ["synthetic"]
+
+
+@pytest.mark.parametrize("name", ["boa-300-050-070", "zara01"])
+def test_real_people_can_be_replayed_and_can_seed_others(tracks_dir: Path, name: str) -> None:
+    file = next(tracks_dir.rglob(f"{name}.csv"))
+    recordings = load_recordings(str(file))
+    table, out = drawn(recordings)
+    seeded = recorded_places(recordings, with_entries=True)
+
+    assert [recording.name for recording in recordings] == [name]
+    assert sets_at_each_step(table.positions) == sets_at_each_step(resample(recordings[0], DT_S))
+    assert len(np.unique(out[:, 1])) > KEYS / 2
+    entered = np.isfinite(table.entry_times_s).sum()
+    assert 0.8 * recordings[0].people < entered <= recordings[0].people
+    assert [len(place.routes) for place in seeded] == [entered, entered]
+    assert np.median(table.entry_speeds_mps) == pytest.approx(1.2, abs=0.2)

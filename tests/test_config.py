@@ -1,0 +1,178 @@
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from pydantic import ValidationError
+
+from hazbot_gym.config import SCENARIOS, Clock, Config, make_config
+from hazbot_gym.errors import InvalidInput
+
+NAN, INF = math.nan, math.inf
+
+
+def complaint_about(**overrides: Any) -> str:
+    with pytest.raises(InvalidInput) as caught:
+        make_config(**overrides)
+    return str(caught.value)
+
+
+def test_nothing_given_is_the_default() -> None:
+    assert make_config() == make_config({}) == make_config(Config()) == Config()
+
+
+@pytest.mark.parametrize(
+    ("overrides", "complaint"),
+    [
+        ({"plcae": "open"}, "plcae: unknown key, allowed are place, place_options, tracks"),
+        ({"tier": "x-ray"}, "tier: given 'x-ray', input should be 'sonar', 'tracks' or"),
+        ({"max_episode_steps": 0}, "max_episode_steps: given 0, input should be greater than 0"),
+        ({"people": None}, "people: given None, input should be a valid dictionary"),
+        ({"place": 3}, "place: given 3, input should be a valid string"),
+        ({"place_options": {"width_m": "wide"}}, "place_options.width_m: given 'wide', input"),
+        ({"place_options": {"width_m": NAN}}, "place_options.width_m: given nan, input should be"),
+        ({"drive": {"nominal_speed_mps": NAN}}, "drive.nominal_speed_mps: given nan"),
+        ({"drive": {"acceleration_mps2": INF}}, "drive.acceleration_mps2: given inf"),
+        ({"drive": {"plant": "Z"}}, "drive.plant: given 'Z', input should be 'A', 'B', 'A0' or"),
+        ({"drive": {"plant": {"K": -1.0}}}, "drive.plant.Plant.K: given -1.0, input should be"),
+        ({"drive": {"chassis": {"r": NAN}}}, "drive.chassis.r: given nan"),
+        ({"drive": {"tracking": {"a4": 1.0}}}, "drive.tracking.a4: unknown key, allowed are a1"),
+        ({"drive": {"start_speed_mps": 0.6}}, "drive: start_speed_mps = 0.6 is above nominal"),
+        ({"people": {"family": "waltz"}}, "people.family: given 'waltz', .* or 'mixed'"),
+        ({"people": {"count": (3, 1)}}, r"people: count: given \(3, 1\), the first must not"),
+        ({"people": {"count": (0, 65)}}, "people.count.1: given 65, input should be less"),
+        ({"people": {"count": 3}}, "people.count: given 3, input should be a valid tuple"),
+        ({"people": {"mix": (0, 0, 0, 0)}}, "people: mix: given .*, one weight must exceed 0"),
+        ({"people": {"reaction_shares": (-1, 1, 1, 1)}}, "people.reaction_shares.0: given -1"),
+        ({"people": {"speeds": {"mean_mps": NAN}}}, "people.speeds.mean_mps: given nan"),
+        ({"people": {"speeds": {"mean": 1.0}}}, "people.speeds.mean: unknown key, .* mean_mps"),
+        (
+            {"people": {"reactions": [{"gian": 1.0}] * 4}},
+            "people.reactions.0.gian: unknown key, allowed are gain, range_m, attraction_mps2",
+        ),
+        ({"people": {"walkers": [{"x_m": 1.0}]}}, "people.walkers.0.y_m: .*field required"),
+        (
+            {"people": {"walkers": [{"x_m": 1, "y_m": 1, "vx_mps": 0, "vy_mps": NAN}]}},
+            "people.walkers.0.vy_mps: given nan",
+        ),
+        (
+            {"sensors": {"tracker": {"latency_steps": 51}}},
+            "sensors.tracker.latency_steps: given 51,",
+        ),
+        ({"reward": {"contact": NAN}}, "reward.contact: given nan"),
+        ({"scenario": "E7"}, r"scenario: given 'E7', allowed are E\*, E5.5, C\*, C90"),
+    ],
+)
+def test_bad_value_is_one_line_with_field_value_and_what_is_allowed(
+    overrides: dict[str, Any], complaint: str
+) -> None:
+    message = complaint_about(**overrides)
+
+    assert "\n" not in message
+    assert re.match(complaint, message)
+
+
+@pytest.mark.parametrize(
+    ("clock", "complaint"),
+    [
+        ({"physics_s": 0.03}, "clock: physics_s must divide social_s exactly, given 0.05 / 0.03"),
+        ({"social_s": 0.03}, "clock: social_s must divide decision_s exactly, given 0.1 / 0.03"),
+        ({"social_s": 0.2}, "clock: social_s must divide decision_s exactly, given 0.1 / 0.2"),
+        ({"physics_s": 0.0}, "clock.physics_s: given 0.0, input should be greater than 0"),
+        ({"physics_s": NAN}, "clock.physics_s: given nan, input should be a finite number"),
+    ],
+)
+def test_periods_that_do_not_divide_are_refused(clock: dict[str, float], complaint: str) -> None:
+    assert complaint_about(clock=clock) == complaint
+
+
+def test_periods_that_divide_are_counted() -> None:
+    clock = Clock(physics_s=0.001, social_s=0.1, decision_s=0.3)  # 0.3 / 0.1 < 3 in floats
+
+    assert (clock.physics_per_social, clock.social_per_decision) == (100, 3)
+
+
+def test_config_cannot_be_changed() -> None:
+    with pytest.raises(ValidationError, match="frozen"):
+        Config().tier = "sonar"  # type: ignore[misc]
+
+
+def test_later_layers_win_over_earlier_ones() -> None:
+    preset = {"tier": "sonar", "max_episode_steps": 10, "people": {"count": (1, 1)}}
+    given = {"max_episode_steps": 20, "drive": {"start_speed_mps": 0.1}}
+    config = make_config(given, preset=preset, scenario="E*", drive={"plant": "B"})
+
+    assert config.tier == "sonar", "from the preset"
+    assert config.place == "open", "from the scenario"
+    assert config.people.count == (1, 1), "beside what the scenario says about people"
+    assert len(config.people.walkers) == 1
+    assert config.max_episode_steps == 20, "given, over the preset"
+    assert config.drive.start_speed_mps == 0.1, "given, over the scenario's 0.5"
+    assert config.drive.wheel_loop == "ideal", "from the scenario"
+    assert config.drive.plant == "B", "overridden"
+
+
+def test_delta_on_a_whole_config_leaves_the_rest_of_its_sections_alone() -> None:
+    base = make_config(people={"speeds": {"sd_mps": 0.1}}, drive={"plant": {"K": 3.0}})
+    config = make_config(base, people={"speeds": {"mean_mps": 1.0}}, drive={"plant": {"a": 0.0}})
+
+    assert config.people.speeds == base.people.speeds._replace(mean_mps=1.0)
+    assert not isinstance(config.drive.plant, str)
+    assert (config.drive.plant.K, config.drive.plant.a) == (3.0, 0.0)
+
+
+@pytest.mark.parametrize("scenario", [None, *SCENARIOS])
+def test_config_survives_being_written_down(scenario: str | None) -> None:
+    config = make_config(scenario=scenario, drive={"plant": {"K": 2.5}}, tracks="somewhere")
+
+    assert Config.model_validate(config.model_dump()) == config
+    assert Config.model_validate_json(config.model_dump_json()) == config
+    assert make_config(yaml.safe_load(yaml.safe_dump(config.model_dump(mode="json")))) == config
+    assert make_config(config) == config
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS)
+def test_named_scenarios_are_the_papers_one_walker_at_the_robots_speed(scenario: str) -> None:
+    config = make_config(scenario=scenario)
+    (walker,) = config.people.walkers
+
+    assert math.hypot(walker.vx_mps, walker.vy_mps) == pytest.approx(0.5)
+    assert config.drive.start_speed_mps == config.drive.nominal_speed_mps == 0.5
+    assert config.sensors.tracker.position_noise_m == 0.0
+
+
+def test_file_of_deltas_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "night.yaml"
+    path.write_text("tier: sonar\npeople: {count: [1, 2]}\n")
+
+    for given in (path, str(path)):
+        config = make_config(given, max_episode_steps=9)
+        assert (config.tier, config.people.count, config.max_episode_steps) == ("sonar", (1, 2), 9)
+
+
+@pytest.mark.parametrize(
+    ("content", "complaint"),
+    [
+        (b"tier: [", "is not YAML"),
+        (b"\xff\xfe\xff", "is not YAML"),
+        (b"- tier", "holds list, a mapping is needed"),
+        (b"", "holds NoneType, a mapping is needed"),
+        (b"tear: sonar", "tear: unknown key, allowed are place"),
+    ],
+)
+def test_bad_file_is_one_clear_line(tmp_path: Path, content: bytes, complaint: str) -> None:
+    path = tmp_path / "night.yaml"
+    path.write_bytes(content)
+
+    with pytest.raises(InvalidInput, match=complaint) as caught:
+        make_config(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_missing_file_is_one_clear_line() -> None:
+    with pytest.raises(InvalidInput, match=r"^config: cannot read no/such\.yaml \(No such file"):
+        make_config("no/such.yaml")
