@@ -4,7 +4,8 @@ Two kinds of functions are used throughout the library:
 
 - ``scalar``: a pure formula on numbers. Plain Python when called from Python, inlined machine code
   when called from a kernel; the same source can be compiled for a GPU.
-- ``kernel``: a compiled loop over arrays, called from Python and cached on disk.
+- ``kernel``: a compiled loop over arrays, called from Python and cached on disk; ``lean_kernel`` for
+  the one that runs many worlds.
 
 numba looks only at the kernel's own file to decide whether a cached binary is still valid, although
 the binary contains code of every formula that the kernel calls. Kernels are therefore stamped with
@@ -36,11 +37,25 @@ def kernel(function: Function) -> Function:
     Division follows IEEE 754 (no exception on a zero divisor); nothing is reordered (no fast-math),
     so that results do not depend on the processor's vector width.
     """
-    compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+    return _compile(function, is_counting=True)
+
+
+def lean_kernel(function: Function) -> Function:
+    """Compile like ``kernel``, without counting references to arrays.
+
+    Every view of an array counts one up and down, atomically, which costs as much as the formulas where
+    views are many and makes threads wait for each other. Such a kernel must allocate nothing.
+    """
+    return _compile(function, is_counting=False)
+
+
+def _compile(function: Function, *, is_counting: bool) -> Function:
+    compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy", _nrt=is_counting)(
+        function
+    )
     # A private attribute of numba, held by tests/core/test_jit.py: numba has no public way to say
     # that a cached binary depends on other files.
-    cache = compiled._cache._cache_file
-    cache._source_stamp = (cache._source_stamp, _stamp(Path(__file__).parent.parent))
+    compiled._cache._cache_file._source_stamp = _stamp(Path(__file__).parent.parent)
     return cast(Function, compiled)
 
 

@@ -177,43 +177,18 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         """Drive for one decision period at the speed that the action asks for."""
         if self._is_over:
             raise InvalidInput("step: the episode is over, call reset first")
-        world, decision = self._world, self._decision
-        command_mps = self._reflex(self._command(action))
-        robots = world.robots
-        s_before, command_before = robots["s"][0], robots["command"][0]
-        world.step(command_mps)
-        nominal = self.config.drive.nominal_speed_mps
-        full_m = nominal * self.config.clock.decision_s
-        decision["advance"] = (robots["s"][0] - s_before) / full_m
-        decision["command_change"] = (command_mps - command_before) / nominal
-        decision["nominal_speed_mps"] = nominal
-        judge(
-            robots,
-            world.people,
-            world.place.path,
-            NO_CONTACT if world.contact is None else world.contact.person,
-            world.decision,
-            self._rules,
-            decision,
-            self._terms,
-        )
-        outcome = int(decision["outcome"][0])
+        outcome = self._decide(self._reflex(self._command(action)))
         observation = self._observe()
         info = self._info(self._terms)
         if outcome != RUNNING:
             self._is_over = True
             info["outcome"] = OUTCOME_NAMES[outcome]
             if outcome in (CONTACT_PERSON, CONTACT_WALL):
-                info["contact_caused_by"] = CAUSE_NAMES[decision["cause"][0]]
-                info["contact_speed_mps"] = float(decision["speed_mps"][0])
+                info["contact_caused_by"] = CAUSE_NAMES[self._decision["cause"][0]]
+                info["contact_speed_mps"] = float(self._decision["speed_mps"][0])
+        reward = float(self._terms @ self._weights)
         is_terminated = outcome not in (RUNNING, TIMEOUT)
-        return (
-            observation,
-            float(self._terms @ self._weights),
-            is_terminated,
-            outcome == TIMEOUT,
-            info,
-        )
+        return observation, reward, is_terminated, outcome == TIMEOUT, info
 
     def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
         """Return a picture of the present state (H, W, 3), or None without a render mode."""
@@ -243,6 +218,29 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         if not -1.0 <= value <= 1.0:  # also catches NaN
             raise InvalidInput(f"action: given {value}, allowed is -1 <= action <= 1")
         return nominal * 0.5 * (value + 1.0)
+
+    def _decide(self, command_mps: float) -> int:
+        """Drive for one decision period, write its record and terms, and return the outcome."""
+        world, decision = self._world, self._decision
+        robots = world.robots
+        s_before, command_before = robots["s"][0], robots["command"][0]
+        world.step(command_mps)
+        nominal = self.config.drive.nominal_speed_mps
+        full_m = nominal * self.config.clock.decision_s
+        decision["advance"] = (robots["s"][0] - s_before) / full_m
+        decision["command_change"] = (command_mps - command_before) / nominal
+        decision["nominal_speed_mps"] = nominal
+        judge(
+            robots,
+            world.people,
+            world.place.path,
+            NO_CONTACT if world.contact is None else world.contact.person,
+            world.decision,
+            self._rules,
+            decision,
+            self._terms,
+        )
+        return int(decision["outcome"][0])
 
     def _reflex(self, command_mps: float) -> float:
         """Return the command, or a stop if something is near in front and the reflex is on."""

@@ -19,12 +19,12 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from hazbot_gym.config import Config, make_config
-from hazbot_gym.core.jit import kernel, scalar
+from hazbot_gym.core.jit import lean_kernel, scalar
 from hazbot_gym.core.state import NO_PATTERN, PERSON, Floats, Records, as_record, records
 from hazbot_gym.envs.corridor import SPEED_LEVELS, sensor_parameters, spaces_of
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.batch import Mechanics, Worlds, allocate, mechanics, step_world
-from hazbot_gym.sim.drive import place_robot
+from hazbot_gym.sim.drive import free_time_s, place_robot
 from hazbot_gym.sim.people import social_step
 from hazbot_gym.sim.perception import remember, sense_ranges, track_people
 from hazbot_gym.task.observation import LAYOUTS, encode
@@ -42,7 +42,7 @@ from hazbot_gym.task.outcome import (
 )
 from hazbot_gym.task.place_table import place_at
 from hazbot_gym.task.reward import CONTACT, INTRUSION, TERMS, reward_terms
-from hazbot_gym.task.scenario import ScenarioTable, Source, draw_scenario, recording_from
+from hazbot_gym.task.scenario import ScenarioTable, Source, draw_scenario, recording_rows
 
 BLOCKS_PER_THREAD, SMALLEST_BLOCK = 4, 32  # blocks of worlds, so that threads end together
 KEYS_AHEAD = 16  # scenario keys drawn in advance for each world
@@ -69,6 +69,14 @@ class Outputs(NamedTuple):
     decisions: Records  # (N,) DECISION
     terms: Floats  # (N, 7)
     steps: npt.NDArray[np.int64]  # (N,) decisions taken in the episode, its last included
+
+
+class State(NamedTuple):
+    """The true state of N worlds, copied; policies must not see it."""
+
+    time_s: Floats  # (N,)
+    robots: Records  # (N,) ROBOT
+    people: Records  # (N, P) PERSON, those included who are not present
 
 
 class Problem(NamedTuple):
@@ -117,7 +125,8 @@ def _reset_world(
     episodes.places[i], episodes.rows[i], episodes.is_over[i] = place_index, first_row, False
     worlds.keys[i], worlds.steps[i] = key, 0
     place = place_at(problem.table.places, place_index)
-    recording = recording_from(problem.table, place_index, first_row)
+    row, end = recording_rows(problem.table, place_index, first_row)
+    recording = problem.table.recorded.positions[row:end]
     place_robot(
         worlds.robots[i], worlds.wheels[i], place.path, problem.start_speed_mps, m.drive[0], m.gains
     )
@@ -135,7 +144,8 @@ def _step_world(
     """Take one decision in world i."""
     robot, decision = worlds.robots[i], outputs.decisions[i]
     place = place_at(problem.table.places, episodes.places[i])
-    recording = recording_from(problem.table, episodes.places[i], episodes.rows[i])
+    row, end = recording_rows(problem.table, episodes.places[i], episodes.rows[i])
+    recording = problem.table.recorded.positions[row:end]
     s_before, command_before = robot.s, robot.command
     robot.command = command_mps
     contact = step_world(
@@ -166,7 +176,7 @@ def _reflex(i: int, command_mps: float, worlds: Worlds, reflex_stop_m: float) ->
 # --- all worlds ----------------------------------------------------------------------------------
 
 
-@kernel
+@lean_kernel
 def _run_worlds(
     first: int,
     last: int,
@@ -196,7 +206,8 @@ def _run_worlds(
         command = _reflex(i, commands[i], worlds, reflex_stop_m)
         _step_world(i, command, worlds, episodes, problem, outputs)
         if is_same_step and episodes.is_over[i]:
-            outputs.final_observations[i, :] = outputs.observations[i]
+            for k in range(outputs.observations.shape[1]):
+                outputs.final_observations[i, k] = outputs.observations[i, k]
             _reset_world(i, worlds, episodes, problem, outputs)
 
 
@@ -258,6 +269,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._weights = np.array(self.config.reward)
+        self._free_times_s: dict[int, float] = {}
         self._thread_count = threads or os.cpu_count() or 1
         self._threads: ThreadPoolExecutor | None = None
         self._generators: list[np.random.Generator] = []
@@ -266,6 +278,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
     def _allocate(self) -> None:
         config, n = self.config, self.num_envs
         source = Source(config)
+        self._place_names = np.array(source.names, object)
         self._problem = Problem(
             table=source.table,
             mechanics=mechanics(config),
@@ -312,22 +325,52 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         info["_scenario_key"] = mask
         return self._outputs.observations.copy(), info
 
-    def step(self, actions: Any) -> tuple[Observations, Floats, Bools, Bools, dict[str, Any]]:
-        """Take one decision in every world; see the autoreset mode for what follows an end."""
-        if self.autoreset_mode == AutoresetMode.DISABLED and self._episodes.is_over.any():
-            over = np.flatnonzero(self._episodes.is_over)
+    def step(
+        self, actions: Any, *, mask: Bools | None = None
+    ) -> tuple[Observations, Floats, Bools, Bools, dict[str, Any]]:
+        """Take one decision in every world; see the autoreset mode for what follows an end.
+
+        Args:
+            actions: One for each world.
+            mask: (N,) which worlds go on; the others stay, and what they returned last is returned
+                again. None for all.
+        """
+        mask = np.ones(self.num_envs, np.bool_) if mask is None else mask
+        over = np.flatnonzero(self._episodes.is_over & mask)
+        if self.autoreset_mode == AutoresetMode.DISABLED and len(over):
             raise InvalidInput(
                 f"step: the episodes of {len(over)} worlds are over (the first is {over[0]}), "
                 "call reset with options={'reset_mask': ...}"
             )
         commands = self._commands(actions)
         self._refill(self._episodes.used >= KEYS_AHEAD)
-        self._run(np.ones(self.num_envs, np.bool_), commands)
+        self._run(mask, commands)
         outcome = self._outputs.decisions["outcome"]
         truncated = outcome == TIMEOUT
         terminated = (outcome != RUNNING) & ~truncated
         rewards = self._outputs.terms @ self._weights
         return self._outputs.observations.copy(), rewards, terminated, truncated, self._info()
+
+    def state(self) -> State:
+        """Return the true state of all worlds, for metrics."""
+        time_s = np.round(self._worlds.steps * self.config.clock.decision_s, 9)
+        return State(time_s, self._worlds.robots.copy(), self._worlds.people.copy())
+
+    def places(self) -> npt.NDArray[np.object_]:
+        """Return what each world's place, or recording, is called (N,)."""
+        return self._place_names[self._episodes.places]
+
+    def free_times_s(self) -> Floats:
+        """Return how long each world's path takes alone at full speed (N,) [s]."""
+        for i in set(self._episodes.places.tolist()) - self._free_times_s.keys():
+            self._free_times_s[i] = free_time_s(
+                place_at(self._problem.table.places, i).path,
+                self._problem.mechanics.drive,
+                self._problem.mechanics.gains,
+                self._problem.start_speed_mps,
+                self.config.arrival_tolerance_m,
+            )
+        return np.array([self._free_times_s[i] for i in self._episodes.places.tolist()])
 
     def close_extras(self, **kwargs: Any) -> None:
         """Stop the threads; closing twice does no harm."""

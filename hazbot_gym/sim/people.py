@@ -141,12 +141,9 @@ def social_step(
                 walk(people, i, place, robot, force, reaction, key, step, dt_s)
     for i in range(people.shape[0]):
         me = people[i]
-        if me.status == PRESENT:
-            me.vx = me.next_vx
-            me.vy = me.next_vy
-        else:
-            me.vx = 0.0
-            me.vy = 0.0
+        is_there = me.status == PRESENT
+        me.vx = me.next_vx if is_there else 0.0
+        me.vy = me.next_vy if is_there else 0.0
 
 
 @scalar

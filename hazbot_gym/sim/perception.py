@@ -108,6 +108,18 @@ def remember(people: Records, history: Records, step: int) -> None:
 
 
 @scalar
+def _is_seen(
+    seen: Record, distance: float, robot: Record, walls: Floats, t: TrackerParameters, u: float
+) -> bool:
+    """Tell whether the tracker reports somebody: in range, in sight, and not missed by chance."""
+    if seen.visible == 0 or t.is_privileged:
+        return bool(seen.visible == 1)
+    if distance > t.range_m or u < t.dropout:
+        return False
+    return is_in_sight(robot.x, robot.y, seen.x, seen.y, walls)
+
+
+@scalar
 def track_people(
     robot: Record, walls: Floats, history: Records, p: SensorParameters, key: np.uint64, step: int,
     tracks: Records,
@@ -125,14 +137,7 @@ def track_people(
         u1, u2, u3, u4 = uniform4(key, TRACKER, step, 2 * i)
         dropped, _, _, _ = uniform4(key, TRACKER, step, 2 * i + 1)
         distance = math.hypot(seen.x - robot.x, seen.y - robot.y)
-        is_seen = seen.visible == 1 and (
-            t.is_privileged
-            or (
-                distance <= t.range_m
-                and dropped >= t.dropout
-                and is_in_sight(robot.x, robot.y, seen.x, seen.y, walls)
-            )
-        )
+        is_seen = _is_seen(seen, distance, robot, walls, t, dropped)
         track.visible = 1 if is_seen else 0
         if seen.visible == 0 or distance > SOCIAL_M:
             track.pattern = NO_PATTERN

@@ -9,7 +9,7 @@ walls are replaced only when the place changes.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pymunk
@@ -195,6 +195,11 @@ class World:
         )
 
     # --- inside ----------------------------------------------------------------------------------
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Restore a copied or pickled world; copies of views would no longer be views."""
+        self.__dict__.update(state)
+        self._x, self._y = self.robots["x"], self.robots["y"]
 
     def _physics(self, command_mps: float, first_step: int, substeps: int) -> None:
         """Drive the robot for some physics steps, and let pymunk move all bodies along in one."""

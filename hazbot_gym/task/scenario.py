@@ -106,7 +106,8 @@ class Source:
         """Return the scenario of a key."""
         people = records(PERSON, self.people)
         place, row = _draw(people, self.table, np.uint64(key))
-        positions = recording_from(self.table, place, row)
+        first, last = recording_rows(self.table, place, row)
+        positions = self.table.recorded.positions[first:last]
         return Scenario(self.names[place], self._places[place], people, positions)
 
 
@@ -140,14 +141,12 @@ def _draw(people: Records, table: ScenarioTable, key: np.uint64) -> tuple[int, i
 
 
 @scalar
-def recording_from(table: ScenarioTable, place: int, row: int) -> Floats:
-    """Return the positions from a row to its recording's end; empty if not replayed."""
+def recording_rows(table: ScenarioTable, place: int, row: int) -> tuple[int, int]:
+    """Return which rows of the positions follow from a row on; none if nobody is replayed."""
     if table.kind != REPLAYED:
-        return table.recorded.positions[:0]
+        return 0, 0
     which = place // 2
-    return table.recorded.positions[
-        row : table.recorded.starts[which] + table.recorded.counts[which]
-    ]
+    return row, table.recorded.starts[which] + table.recorded.counts[which]
 
 
 # --- laying out ----------------------------------------------------------------------------------

@@ -148,7 +148,7 @@ def test_wall_met_at_a_slant_reflects_the_pulse_away() -> None:
     assert segment_echo(*along, AHEAD, math.cos(math.radians(75.1))) < 4.0
     assert segment_echo(2.0, -1.0, 2.0, 1.0, AHEAD, keen) == 2.0
     for slant_deg, expected in ((59.0, True), (61.0, False)):
-        t = math.tan(math.radians(slant_deg))  # through (2, 0.6): seen by its nearer end only
+        t = math.tan(math.radians(slant_deg))  # begins straight ahead, the nearer end
         echo = segment_echo(2.0, 0.0, 2.0 + t, 1.0, AHEAD, keen)
         assert math.isfinite(echo) is expected
 

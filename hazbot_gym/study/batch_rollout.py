@@ -1,0 +1,157 @@
+"""Many episodes of one policy side by side on the batched engine.
+
+The same seeds make the same episodes as ``rollout.run_episode`` on the pymunk engine. All worlds
+start together; one whose episode is over stays where it is until the last one's is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, Floats
+from hazbot_gym.envs.vector import CorridorVectorEnv, State
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies.base import Policy
+from hazbot_gym.study.actions import levels_of
+from hazbot_gym.study.metrics import Episode, Row, stack_people
+
+ROBOT_COLUMNS = ("x", "y", "theta", "v", "command", "x_e", "y_e", "theta_e")
+PERSON_COLUMNS = ("x", "y", "vx", "vy", "radius")
+
+
+def run_episodes(
+    worlds: CorridorVectorEnv, policy: Policy, seeds: Sequence[int], limit: int
+) -> Iterator[tuple[Episode, Row]]:
+    """Run one episode in each world and yield their records and labels, in the order of the seeds.
+
+    Args:
+        worlds: as many as there are seeds; with autoreset disabled.
+        policy: acts on stacked observations.
+        seeds: of the resets.
+        limit: number of decisions after which an episode is cut off.
+    """
+    observations, start = worlds.reset(seed=list(seeds))
+    labels: list[Row] = [
+        {"scenario_key": str(key), "place": place}
+        for key, place in zip(start["scenario_key"].tolist(), worlds.places(), strict=True)
+    ]
+    log = Log(worlds, limit)
+    state, is_start = None, np.ones(worlds.num_envs, np.bool_)
+    while log.live.any():
+        actions, state = policy.predict(
+            observations, state=state, episode_start=is_start, deterministic=True
+        )
+        observations, *step = worlds.step(playable_by(worlds, actions), mask=log.live)
+        log.note(worlds.state(), *step)
+        is_start = np.zeros(worlds.num_envs, np.bool_)
+    yield from zip(log.episodes(worlds.free_times_s()), labels, strict=True)
+
+
+def playable_by(worlds: CorridorVectorEnv, actions: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return a policy's actions as the worlds take them.
+
+    Raises:
+        InvalidInput: the policy does not act on stacked observations.
+    """
+    n = worlds.num_envs
+    if np.shape(actions) not in ((n, 1), (n,)):
+        raise InvalidInput(
+            f"policy: gave actions of shape {np.shape(actions)} for {n} stacked observations, "
+            f"allowed is ({n}, 1); the engine pymunk asks for one at a time"
+        )
+    if worlds.config.action_type == "discrete":
+        return levels_of(actions, int(worlds.single_action_space.n))  # type: ignore[attr-defined]
+    return np.reshape(actions, (n, 1))
+
+
+class Log:
+    """What happened in every world at every instant.
+
+    Attributes:
+        live: (N,) whose episode is still going on.
+    """
+
+    def __init__(self, worlds: CorridorVectorEnv, limit: int) -> None:
+        n = worlds.num_envs
+        self.live = np.ones(n, np.bool_)
+        self._steps, self._limit = np.zeros(n, np.int64), limit
+        self._horizon_s = limit * worlds.config.clock.decision_s
+        self._robots = np.empty((limit + 1, n, len(ROBOT_COLUMNS)))
+        self._times_s = np.empty((limit + 1, n))
+        self._rewards, self._costs = np.empty((limit, n)), np.empty((limit, n))
+        self._terms: dict[str, Floats] = {}
+        self._people: list[tuple[npt.NDArray[np.int64], Floats]] = []  # world, columns; by instant
+        self._info: dict[str, Any] = {}
+        self._note_state(0, worlds.state())
+
+    def note(
+        self,
+        state: State,
+        rewards: Floats,
+        terminated: npt.NDArray[np.bool_],
+        truncated: npt.NDArray[np.bool_],
+        info: dict[str, Any],
+    ) -> None:
+        """Note a decision that all live worlds have taken, and which of them are over by it."""
+        t = len(self._people) - 1
+        self._rewards[t], self._costs[t], self._info = rewards, info["cost"], info
+        for name, values in info["reward_terms"].items():
+            self._terms.setdefault(name, np.empty_like(self._rewards))[t] = values
+        self._note_state(t + 1, state)
+        self._steps[self.live] += 1
+        self.live &= ~(terminated | truncated) & (self._steps < self._limit)
+
+    def _note_state(self, t: int, state: State) -> None:
+        self._times_s[t] = state.time_s
+        for column, name in enumerate(ROBOT_COLUMNS):
+            self._robots[t, :, column] = state.robots[name]
+        is_there = (state.people["status"] == PRESENT) & self.live[:, None]
+        columns = np.stack([state.people[name][is_there] for name in PERSON_COLUMNS], axis=1)
+        self._people.append((np.nonzero(is_there)[0], columns))
+
+    def episodes(self, free_times_s: Floats) -> Iterator[Episode]:
+        """Yield the record of every world's episode."""
+        counts = [len(world) for world, _ in self._people]
+        instants = np.repeat(np.arange(len(counts)), counts)
+        world = np.concatenate([world for world, _ in self._people])
+        people = np.concatenate([columns for _, columns in self._people])
+        by_world = np.argsort(world, kind="stable")  # stays in the order of time within a world
+        ends = np.searchsorted(world[by_world], np.arange(len(self.live) + 1))
+        for i, free_s in enumerate(free_times_s):
+            mine = by_world[ends[i] : ends[i + 1]]
+            present = stack_people(instants[mine], people[mine], int(self._steps[i]) + 1)
+            yield self._episode(i, present, float(free_s))
+
+    def _episode(self, i: int, people: Floats, free_s: float) -> Episode:
+        steps = int(self._steps[i])
+        robot, done = self._robots[: steps + 1, i], slice(steps)
+        return Episode(
+            time_s=self._times_s[: steps + 1, i],
+            pose=robot[:, 0:3],
+            speed_mps=robot[:, 3],
+            command_mps=robot[:, 4],
+            pose_error=robot[:, 5:8],
+            people=people,
+            rewards=self._rewards[done, i],
+            reward_terms={name: values[done, i] for name, values in self._terms.items()},
+            costs=self._costs[done, i],
+            **self._end(i),
+            time_free_s=free_s,
+            horizon_s=self._horizon_s,
+            robot_radius_m=ROBOT_RADIUS_M,
+        )
+
+    def _end(self, i: int) -> dict[str, Any]:
+        """Return how an episode ended; one cut off before its world ends it has timed out."""
+        info = self._info
+        has_ended = "outcome" in info and info["_outcome"][i]
+        has_touched = has_ended and info["_contact_caused_by"][i]
+        return {
+            "outcome": info["outcome"][i] if has_ended else "timeout",
+            "contact_caused_by": info["contact_caused_by"][i] if has_touched else "",
+            "contact_speed_mps": float(info["contact_speed_mps"][i]) if has_touched else np.nan,
+        }
