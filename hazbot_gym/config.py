@@ -71,7 +71,8 @@ class Clock(Section):
 class Drive(Section):
     """How a commanded speed becomes motion: the paper's lower layers."""
 
-    nominal_speed_mps: Annotated[float, Gt(0)] = 0.5  # v_nom, action +1 (paper)
+    # v_nom, action +1 (paper); observed speeds end at 1 m/s, contacts are looked for up to 2 m/s
+    nominal_speed_mps: Annotated[float, Gt(0), Le(1)] = 0.5
     start_speed_mps: Annotated[float, Ge(0)] = 0.0  # of robot and reference at reset
     acceleration_mps2: Annotated[float, Gt(0)] = 0.5  # slew limit of the command
     deceleration_mps2: Annotated[float, Gt(0)] = 1.0
@@ -131,6 +132,8 @@ class People(Section):
     def _is_possible(self) -> People:
         if self.count[0] > self.count[1]:
             raise ValueError(f"count: given {self.count}, the first must not exceed the second")
+        if self.walkers and self.model in ("replay", "seeded"):
+            raise ValueError(f"walkers: given, but the model {self.model!r} takes recorded people")
         for name in ("mix", "reaction_shares"):
             if sum(getattr(self, name)) <= 0.0:
                 raise ValueError(f"{name}: given {getattr(self, name)}, one weight must exceed 0")

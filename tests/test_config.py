@@ -54,6 +54,11 @@ def test_nothing_given_is_the_default() -> None:
             {"people": {"reactions": [{"gian": 1.0}] * 4}},
             "people.reactions.0.gian: unknown key, allowed are gain, range_m, attraction_mps2",
         ),
+        ({"drive": {"nominal_speed_mps": 1.5}}, "drive.nominal_speed_mps: given 1.5, input should"),
+        (
+            {"scenario": "E*", "people": {"model": "replay"}},
+            "people: walkers: given, but the model 'replay' takes recorded people",
+        ),
         ({"people": {"walkers": [{"x_m": 1.0}]}}, "people.walkers.0.y_m: .*field required"),
         (
             {"people": {"walkers": [{"x_m": 1, "y_m": 1, "vx_mps": 0, "vy_mps": NAN}]}},

@@ -33,6 +33,12 @@ def clip(value: float, low: float, high: float) -> float:
 
 
 @scalar
+def norm(x: float, y: float) -> float:
+    """Return the length of a vector; distances here need none of the care that slows hypot down."""
+    return math.sqrt(x * x + y * y)
+
+
+@scalar
 def nearest_on_segment(
     px: float, py: float, x1: float, y1: float, x2: float, y2: float
 ) -> tuple[float, float]:

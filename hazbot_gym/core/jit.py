@@ -4,8 +4,8 @@ Two kinds of functions are used throughout the library:
 
 - ``scalar``: a pure formula on numbers. Plain Python when called from Python, inlined machine code
   when called from a kernel; the same source can be compiled for a GPU.
-- ``kernel``: a compiled loop over arrays, called from Python and cached on disk; ``lean_kernel`` for
-  the one that runs many worlds.
+- ``kernel``: a compiled loop over arrays, called from Python and cached on disk; ``lean_kernel``
+  for the one that runs many worlds.
 
 numba looks only at the kernel's own file to decide whether a cached binary is still valid, although
 the binary contains code of every formula that the kernel calls. Kernels are therefore stamped with
@@ -43,8 +43,8 @@ def kernel(function: Function) -> Function:
 def lean_kernel(function: Function) -> Function:
     """Compile like ``kernel``, without counting references to arrays.
 
-    Every view of an array counts one up and down, atomically, which costs as much as the formulas where
-    views are many and makes threads wait for each other. Such a kernel must allocate nothing.
+    Every view of an array counts one up and down, atomically. Where views are many that costs as
+    much as the formulas, and makes threads wait for each other. Such a kernel allocates nothing.
     """
     return _compile(function, is_counting=False)
 

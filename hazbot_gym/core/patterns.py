@@ -16,6 +16,7 @@ from typing import Annotated, NamedTuple
 
 from annotated_types import Ge, Gt
 
+from hazbot_gym.core.geometry import norm
 from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.state import (
     BESIDE,
@@ -54,7 +55,7 @@ def closest_approach(px: float, py: float, vx: float, vy: float) -> tuple[float,
     time_s = 0.0
     if squared > 0.0:
         time_s = max(0.0, -(px * vx + py * vy) / squared)
-    return time_s, math.hypot(px + vx * time_s, py + vy * time_s)
+    return time_s, norm(px + vx * time_s, py + vy * time_s)
 
 
 @scalar
@@ -76,7 +77,7 @@ def classify_walking(
         vy: The same, other axis [m/s].
         thresholds: Where the patterns end.
     """
-    both_move = speed > thresholds.moving_mps and math.hypot(vx, vy) > thresholds.moving_mps
+    both_move = speed > thresholds.moving_mps and norm(vx, vy) > thresholds.moving_mps
     ahead, left = _in_robot_frame(px, py, theta)
     bearing = abs(math.atan2(left, ahead))
     if not both_move or bearing > thresholds.front_rad:
@@ -114,7 +115,7 @@ def classify(
 
     The arguments are those of ``classify_walking``.
     """
-    if math.hypot(vx, vy) <= thresholds.moving_mps:
+    if norm(vx, vy) <= thresholds.moving_mps:
         return classify_standing(px, py, theta, thresholds)
     return classify_walking(px, py, theta, speed, vx, vy, thresholds)
 

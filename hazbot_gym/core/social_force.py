@@ -16,6 +16,7 @@ from typing import Annotated, NamedTuple
 
 from annotated_types import Ge, Gt, Le
 
+from hazbot_gym.core.geometry import norm
 from hazbot_gym.core.jit import scalar
 
 
@@ -82,8 +83,8 @@ def elliptical_repulsion(
         strength: V0/sigma [m/s^2].
         range_m: sigma [m].
     """
-    distance = max(math.hypot(rx, ry), 1e-6)
-    ahead = max(math.hypot(rx - sx, ry - sy), 1e-6)
+    distance = max(norm(rx, ry), 1e-6)
+    ahead = max(norm(rx - sx, ry - sy), 1e-6)
     total = distance + ahead
     b = 0.5 * math.sqrt(max(total * total - sx * sx - sy * sy, 1e-8))
     magnitude = strength * math.exp(-b / range_m) * total / (4.0 * b)
@@ -98,7 +99,7 @@ def elliptical_repulsion(
 @scalar
 def view_weight(ex: float, ey: float, fx: float, fy: float, force: SocialForce) -> float:
     """Return w(e, f): 1 if the cause of force f is in view, else c (HM95 eqs 8, 9)."""
-    magnitude = math.hypot(fx, fy)
+    magnitude = norm(fx, fy)
     if magnitude == 0.0:
         return 1.0
     in_view = -(ex * fx + ey * fy) >= magnitude * math.cos(force.view_angle_rad)
@@ -140,7 +141,7 @@ def sidestep_force(
         gap_m: Distance between the surfaces [m].
         force: Constants of the model.
     """
-    distance = max(math.hypot(rx, ry), 1e-6)
+    distance = max(norm(rx, ry), 1e-6)
     ahead = (rx * ex + ry * ey) / distance
     if ahead <= 0.0 or gap_m >= force.sidestep_range_m:
         return 0.0, 0.0

@@ -335,7 +335,10 @@ def _requested_key(options: dict[str, Any] | None, drawn: int) -> int:
     unknown = set(options or {}) - {"key"}
     if unknown:
         raise InvalidInput(f"reset options: given {', '.join(sorted(unknown))}, allowed is key")
-    return int((options or {}).get("key", drawn))
+    key = int((options or {}).get("key", drawn))
+    if not 0 <= key < 2**64:
+        raise InvalidInput(f"reset options: given key = {key}, allowed is 0 <= key < 2^64")
+    return key
 
 
 CorridorEnv.__doc__ = (

@@ -1,7 +1,8 @@
 """The native vector environment: N worlds stepped by one compiled kernel.
 
-World i after ``reset(seed=[..., s_i, ...])`` meets the very scenarios and noise that ``CorridorEnv``
-meets after ``reset(seed=s_i)``, episode after episode; a parity test holds the two engines together.
+World i after ``reset(seed=[..., s_i, ...])`` meets the very scenarios and noise that
+``CorridorEnv`` meets after ``reset(seed=s_i)``, episode after episode; a parity test holds the two
+engines together.
 """
 
 from __future__ import annotations
@@ -192,7 +193,7 @@ def _run_worlds(
     """Step or reset those of the worlds ``first`` to ``last - 1`` that are in the mask.
 
     A world whose episode is over is reset, the others take a decision; with SAME_STEP a world is
-    reset as soon as its episode ends. One kernel does both, since each would take as long to compile.
+    reset as soon as its episode ends. One kernel does both: each would take as long to compile.
     """
     for i in range(first, last):
         if not mask[i]:

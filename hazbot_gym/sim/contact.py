@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from hazbot_gym.core.geometry import nearest_on_segment
+from hazbot_gym.core.geometry import nearest_on_segment, norm
 from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.state import (
     NO_CONTACT,
@@ -32,7 +32,7 @@ def wall_distance(robot: Record, walls: Floats) -> float:
         x, y = nearest_on_segment(
             robot.x, robot.y, walls[k, 0], walls[k, 1], walls[k, 2], walls[k, 3]
         )
-        nearest = min(nearest, math.hypot(x - robot.x, y - robot.y))
+        nearest = min(nearest, norm(x - robot.x, y - robot.y))
     return nearest
 
 
@@ -43,8 +43,8 @@ def slack(people: Records, walls: Floats, robot: Record, dt_s: float) -> float:
     for i in range(people.shape[0]):
         me = people[i]
         if me.status == PRESENT:
-            gap = math.hypot(me.x - robot.x, me.y - robot.y) - me.radius - ROBOT_RADIUS_M
-            nearest = min(nearest, gap - math.hypot(me.vx, me.vy) * dt_s)
+            gap = norm(me.x - robot.x, me.y - robot.y) - me.radius - ROBOT_RADIUS_M
+            nearest = min(nearest, gap - norm(me.vx, me.vy) * dt_s)
     return nearest - TOP_SPEED_MPS * dt_s
 
 

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from hazbot_gym.core.geometry import route_pose
+from hazbot_gym.core.geometry import norm, route_pose
 from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.social_force import SocialForce
 from hazbot_gym.core.state import (
@@ -38,11 +38,11 @@ CATCH_UP_MPS = 2.5  # how fast a replayed person who went round the robot return
 def _is_clear(people: Records, i: int, robot: Record) -> bool:
     """Tell whether there is room for person i to enter."""
     me = people[i]
-    if math.hypot(robot.x - me.x, robot.y - me.y) < ROBOT_ENTRY_ROOM_M:
+    if norm(robot.x - me.x, robot.y - me.y) < ROBOT_ENTRY_ROOM_M:
         return False
     for j in range(people.shape[0]):
         other = people[j]
-        if other.status == PRESENT and math.hypot(other.x - me.x, other.y - me.y) < ENTRY_ROOM_M:
+        if other.status == PRESENT and norm(other.x - me.x, other.y - me.y) < ENTRY_ROOM_M:
             return False
     return True
 
@@ -70,12 +70,12 @@ def _follow_recording(me: Record, robot: Record, recording: Floats, step: int, d
         return
     if me.status != PRESENT:
         me.x, me.y = recording[step, me.route, 0], recording[step, me.route, 1]
-        if math.hypot(robot.x - me.x, robot.y - me.y) < me.radius + ROBOT_RADIUS_M + ROBOT_MARGIN_M:
+        if norm(robot.x - me.x, robot.y - me.y) < me.radius + ROBOT_RADIUS_M + ROBOT_MARGIN_M:
             return
         me.status = PRESENT
     vx = (recording[step + 1, me.route, 0] - me.x) / dt_s
     vy = (recording[step + 1, me.route, 1] - me.y) / dt_s
-    speed = math.hypot(vx, vy)
+    speed = norm(vx, vy)
     if speed > CATCH_UP_MPS:
         vx *= CATCH_UP_MPS / speed
         vy *= CATCH_UP_MPS / speed

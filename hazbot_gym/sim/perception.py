@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hazbot_gym.core.geometry import is_in_sight, nearest_on_segment
+from hazbot_gym.core.geometry import is_in_sight, nearest_on_segment, norm
 from hazbot_gym.core.jit import kernel, scalar
 from hazbot_gym.core.noise import SONAR, TRACKER, noise_value, uniform4
 from hazbot_gym.core.patterns import Thresholds, classify
@@ -136,7 +136,7 @@ def track_people(
         seen, track = history[row, i], tracks[i]
         u1, u2, u3, u4 = uniform4(key, TRACKER, step, 2 * i)
         dropped, _, _, _ = uniform4(key, TRACKER, step, 2 * i + 1)
-        distance = math.hypot(seen.x - robot.x, seen.y - robot.y)
+        distance = norm(seen.x - robot.x, seen.y - robot.y)
         is_seen = _is_seen(seen, distance, robot, walls, t, dropped)
         track.visible = 1 if is_seen else 0
         if seen.visible == 0 or distance > SOCIAL_M:

@@ -7,13 +7,11 @@ never overlap. A robot can still drive into people.
 
 from __future__ import annotations
 
-import math
-
-from hazbot_gym.core.geometry import nearest_on_segment
+from hazbot_gym.core.geometry import nearest_on_segment, norm
 from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, Place, Record, Records
 
-REACH_M = 1.0  # people whose centres are farther apart cannot meet within a social step
+REACH_M = 1.0  # what is farther from a person's centre it cannot meet within a social step
 ROBOT_MARGIN_M = 0.05  # clearance that people keep from the robot when they can
 
 
@@ -31,7 +29,7 @@ def hold_back(
         limit_mps: Largest speed in that direction; negative counts as zero.
         may_slide: Whether to keep the velocity across that direction, or to slow down as a whole.
     """
-    distance = max(math.hypot(dx, dy), 1e-6)
+    distance = max(norm(dx, dy), 1e-6)
     nx, ny = dx / distance, dy / distance
     along, limit = vx * nx + vy * ny, max(limit_mps, 0.0)
     if along <= limit:
@@ -47,7 +45,9 @@ def keep_off_robot(
 ) -> tuple[float, float]:
     """Return a person's velocity without what would lead it into the robot within the step."""
     dx, dy = robot.x - me.x, robot.y - me.y
-    gap = math.hypot(dx, dy) - me.radius - ROBOT_RADIUS_M - ROBOT_MARGIN_M
+    if abs(dx) + abs(dy) > REACH_M + ROBOT_RADIUS_M:
+        return vx, vy
+    gap = norm(dx, dy) - me.radius - ROBOT_RADIUS_M - ROBOT_MARGIN_M
     return hold_back(vx, vy, dx, dy, gap / dt_s, may_slide)
 
 
@@ -63,15 +63,17 @@ def _keep_off_all(
         dx, dy = other.x - me.x, other.y - me.y
         if j == i or other.status != PRESENT or abs(dx) + abs(dy) > REACH_M:
             continue
-        gap = math.hypot(dx, dy) - me.radius - other.radius
+        gap = norm(dx, dy) - me.radius - other.radius
         vx, vy = hold_back(vx, vy, dx, dy, 0.5 * gap / dt_s, may_slide)
     vx, vy = keep_off_robot(me, robot, vx, vy, dt_s, may_slide)
     for k in range(place.walls.shape[0]):
         wx, wy = nearest_on_segment(
             me.x, me.y, place.walls[k, 0], place.walls[k, 1], place.walls[k, 2], place.walls[k, 3]
         )
-        gap = math.hypot(wx - me.x, wy - me.y) - me.radius
-        vx, vy = hold_back(vx, vy, wx - me.x, wy - me.y, gap / dt_s, may_slide)
+        dx, dy = wx - me.x, wy - me.y
+        if abs(dx) + abs(dy) <= REACH_M:
+            gap = norm(dx, dy) - me.radius
+            vx, vy = hold_back(vx, vy, dx, dy, gap / dt_s, may_slide)
     is_changed = vx != me.next_vx or vy != me.next_vy
     me.next_vx = vx
     me.next_vy = vy

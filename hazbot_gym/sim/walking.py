@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from hazbot_gym.core.geometry import is_in_sight, nearest_on_segment, route_pose
+from hazbot_gym.core.geometry import is_in_sight, nearest_on_segment, norm, route_pose
 from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.noise import CROWD, normal_pair, uniform4
 from hazbot_gym.core.proxemics import PERSONAL_M
@@ -33,6 +33,7 @@ from hazbot_gym.sim.spacing import keep_apart
 LOOK_AHEAD_M = 1.0  # how far ahead on the lane people aim
 SIDESTEP_LENGTH_M = 1.5  # over which a scripted walker changes its lane
 BLOCKING_RANGE_M = 2.0  # clearance within which the robot can stand in somebody's way
+WALL_REACH = 10.0  # ranges of the wall force beyond which it is nil (5e-5 of its strength)
 NEIGHBOUR_RANGE_M = 5.0  # people farther away than this push by less than 1e-5 m/s^2
 
 # --- the way -------------------------------------------------------------------------------------
@@ -66,7 +67,7 @@ def walking_direction(me: Record, place: Place) -> tuple[float, float]:
     x, y = lane_point(place.routes, me, me.s + LOOK_AHEAD_M)
     if not is_in_sight(me.x, me.y, x, y, place.walls):
         x, y = lane_point(place.routes, me, me.s)
-    distance = max(math.hypot(x - me.x, y - me.y), 1e-6)
+    distance = max(norm(x - me.x, y - me.y), 1e-6)
     return (x - me.x) / distance, (y - me.y) / distance
 
 
@@ -85,7 +86,7 @@ def _people_push(
         rx, ry = me.x - other.x, me.y - other.y
         if j == i or other.status != PRESENT or abs(rx) + abs(ry) > NEIGHBOUR_RANGE_M:
             continue
-        distance = max(math.hypot(rx, ry), 1e-6)
+        distance = max(norm(rx, ry), 1e-6)
         gap = max(distance - me.radius - other.radius, 0.01)
         sx, sy = force.step_time_s * (other.vx - me.vx), force.step_time_s * (other.vy - me.vy)
         fx, fy = elliptical_repulsion(
@@ -112,7 +113,9 @@ def _wall_push(me: Record, walls: Floats, force: SocialForce) -> tuple[float, fl
     ax, ay = 0.0, 0.0
     for k in range(walls.shape[0]):
         x, y = nearest_on_segment(me.x, me.y, walls[k, 0], walls[k, 1], walls[k, 2], walls[k, 3])
-        distance = max(math.hypot(me.x - x, me.y - y), 1e-6)
+        distance = max(norm(me.x - x, me.y - y), 1e-6)
+        if distance > me.radius + WALL_REACH * force.wall_range_m:
+            continue
         fx, fy = wall_force(
             (me.x - x) / distance,
             (me.y - y) / distance,
@@ -131,7 +134,7 @@ def _robot_push(
 ) -> tuple[float, float]:
     """Return what the robot makes a person do [m/s^2]; nothing before it is noticed."""
     rx, ry = me.x - robot.x, me.y - robot.y
-    distance = max(math.hypot(rx, ry), 1e-6)
+    distance = max(norm(rx, ry), 1e-6)
     gap = max(distance - me.radius - ROBOT_RADIUS_M, 0.01)
     if gap > reaction.range_m:
         return 0.0, 0.0
@@ -165,7 +168,7 @@ def _robot_push(
 def _blocked(me: Record, robot: Record, ex: float, ey: float) -> float:
     """Return the share of its desired speed that a person loses while the robot is in its way."""
     rx, ry = robot.x - me.x, robot.y - me.y
-    distance = math.hypot(rx, ry)
+    distance = norm(rx, ry)
     gap = distance - me.radius - ROBOT_RADIUS_M
     if gap > BLOCKING_RANGE_M or rx * ex + ry * ey < 0.5 * distance or me.desired_speed <= 0.0:
         return 0.0
@@ -189,7 +192,7 @@ def walk(
     pace = me.desired_speed / force.typical_speed_mps
     vx = me.vx + (gx + pace * (px + wx + rx + force.jitter_mps2 * n1)) * dt_s
     vy = me.vy + (gy + pace * (py + wy + ry + force.jitter_mps2 * n2)) * dt_s
-    excess = math.hypot(vx, vy) / max(force.speed_limit_ratio * me.desired_speed, 1e-9)
+    excess = norm(vx, vy) / max(force.speed_limit_ratio * me.desired_speed, 1e-9)
     me.blocked = _blocked(me, robot, ex, ey)
     me.next_vx = vx / max(excess, 1.0)
     me.next_vy = vy / max(excess, 1.0)

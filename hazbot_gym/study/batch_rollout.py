@@ -7,68 +7,102 @@ start together; one whose episode is over stays where it is until the last one's
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import islice
 from typing import Any
 
+import gymnasium
 import numpy as np
 import numpy.typing as npt
 
-from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, Floats
+from hazbot_gym.config import Config
+from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, Floats, Ints
 from hazbot_gym.envs.vector import CorridorVectorEnv, State
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.study.actions import levels_of
-from hazbot_gym.study.metrics import Episode, Row, stack_people
+from hazbot_gym.study.episode import PERSON_COLUMNS, Episode, stack_people
+from hazbot_gym.study.metrics import Row
 
+MOST_WORLDS = 256  # side by side; more are no faster, and their record would take more memory
 ROBOT_COLUMNS = ("x", "y", "theta", "v", "command", "x_e", "y_e", "theta_e")
-PERSON_COLUMNS = ("x", "y", "vx", "vy", "radius")
 
 
 def run_episodes(
-    worlds: CorridorVectorEnv, policy: Policy, seeds: Sequence[int], limit: int
+    config: Config, policy: Policy, seeds: Sequence[int], *, limit: int, threads: int
 ) -> Iterator[tuple[Episode, Row]]:
-    """Run one episode in each world and yield their records and labels, in the order of the seeds.
+    """Run an episode for each seed; yield records and labels in the order of the seeds.
 
     Args:
-        worlds: as many as there are seeds; with autoreset disabled.
+        config: of the environment.
         policy: acts on stacked observations.
         seeds: of the resets.
         limit: number of decisions after which an episode is cut off.
+        threads: that step the worlds; no number depends on it.
     """
-    observations, start = worlds.reset(seed=list(seeds))
+    rounds = -(-len(seeds) // MOST_WORLDS)
+    size = -(-len(seeds) // rounds)
+    worlds = CorridorVectorEnv(size, config, threads=threads, autoreset_mode="Disabled")
+    for first in range(0, len(seeds), size):
+        chosen = list(seeds[first : first + size])
+        spare = [chosen[0]] * (size - len(chosen))
+        yield from islice(_run_round(worlds, policy, chosen + spare, limit), len(chosen))
+    worlds.close()
+
+
+def check(policy: Policy, name: str, space: gymnasium.Space[Any]) -> None:
+    """Ask a policy about two blank observations.
+
+    Raises:
+        InvalidInput: the policy does not act on stacked observations, or not on these.
+    """
+    blank = np.zeros((2, *(space.shape or ())), np.float32)
+    try:
+        actions, _ = policy.predict(blank, episode_start=np.ones(2, np.bool_), deterministic=True)
+    except InvalidInput:
+        raise
+    except (TypeError, ValueError, IndexError) as error:
+        raise InvalidInput(_needs_one_at_a_time(name, f"fails with {error}")) from error
+    if np.shape(actions) not in ((2, 1), (2,)):
+        raise InvalidInput(_needs_one_at_a_time(name, f"answers in shape {np.shape(actions)}"))
+
+
+def _needs_one_at_a_time(name: str, what: str) -> str:
+    return (
+        f"policy: {name!r} {what} where two observations are stacked, allowed is (2, 1); "
+        "with engine pymunk it is asked about one at a time"
+    )
+
+
+def _run_round(
+    worlds: CorridorVectorEnv, policy: Policy, seeds: list[int], limit: int
+) -> Iterator[tuple[Episode, Row]]:
+    """Run one episode in each world."""
+    observations, start = worlds.reset(seed=seeds)
     labels: list[Row] = [
         {"scenario_key": str(key), "place": place}
         for key, place in zip(start["scenario_key"].tolist(), worlds.places(), strict=True)
     ]
-    log = Log(worlds, limit)
+    log = _Log(worlds, limit)
     state, is_start = None, np.ones(worlds.num_envs, np.bool_)
     while log.live.any():
         actions, state = policy.predict(
             observations, state=state, episode_start=is_start, deterministic=True
         )
-        observations, *step = worlds.step(playable_by(worlds, actions), mask=log.live)
+        observations, *step = worlds.step(_playable(worlds, actions), mask=log.live)
         log.note(worlds.state(), *step)
         is_start = np.zeros(worlds.num_envs, np.bool_)
     yield from zip(log.episodes(worlds.free_times_s()), labels, strict=True)
 
 
-def playable_by(worlds: CorridorVectorEnv, actions: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Return a policy's actions as the worlds take them.
-
-    Raises:
-        InvalidInput: the policy does not act on stacked observations.
-    """
-    n = worlds.num_envs
-    if np.shape(actions) not in ((n, 1), (n,)):
-        raise InvalidInput(
-            f"policy: gave actions of shape {np.shape(actions)} for {n} stacked observations, "
-            f"allowed is ({n}, 1); the engine pymunk asks for one at a time"
-        )
-    if worlds.config.action_type == "discrete":
-        return levels_of(actions, int(worlds.single_action_space.n))  # type: ignore[attr-defined]
-    return np.reshape(actions, (n, 1))
+def _playable(worlds: CorridorVectorEnv, actions: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return a policy's actions as the worlds take them."""
+    space = worlds.single_action_space
+    if isinstance(space, gymnasium.spaces.Discrete):
+        return levels_of(actions, int(space.n))
+    return np.reshape(actions, (worlds.num_envs, 1))
 
 
-class Log:
+class _Log:
     """What happened in every world at every instant.
 
     Attributes:
@@ -84,7 +118,7 @@ class Log:
         self._times_s = np.empty((limit + 1, n))
         self._rewards, self._costs = np.empty((limit, n)), np.empty((limit, n))
         self._terms: dict[str, Floats] = {}
-        self._people: list[tuple[npt.NDArray[np.int64], Floats]] = []  # world, columns; by instant
+        self._people: list[tuple[Ints, Floats]] = []  # world, columns; by instant
         self._info: dict[str, Any] = {}
         self._note_state(0, worlds.state())
 

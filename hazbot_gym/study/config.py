@@ -10,7 +10,7 @@ import hashlib
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import yaml
 from annotated_types import Ge, Gt, Lt, MinLen
@@ -20,6 +20,9 @@ from hazbot_gym.config import Section, first_error, read_yaml
 from hazbot_gym.envs.registration import NAMESPACE
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study.metrics import SsmThresholds
+
+
+Engine = Literal["batched", "pymunk"]  # the reference is pymunk; both give the same numbers
 
 
 class ScenarioSet(Section):
@@ -77,7 +80,8 @@ class StudyConfig(Section):
     sets: Annotated[tuple[ScenarioSet, ...], MinLen(1)] = DEFAULT_SETS
     tracks: Path | None = None  # folder of real tracks; adds the two sets among real people
     episodes: Annotated[int, Ge(1)] = 100  # of every policy in every set
-    episodes_per_shard: Annotated[int, Ge(1)] = 25  # what an interruption may cost
+    episodes_per_shard: Annotated[int, Ge(1)] = 250  # what an interruption may cost
+    engine: Engine = "batched"
     seed: Annotated[int, Ge(0)] = 0
     confidence: Annotated[float, Gt(0), Lt(1)] = 0.95  # nominal coverage of the intervals
     resamples: Annotated[int, Ge(100)] = 2000  # of the bootstrap

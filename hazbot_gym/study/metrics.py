@@ -17,51 +17,10 @@ from annotated_types import Ge, Gt
 
 from hazbot_gym.core.proxemics import PERSONAL_M
 from hazbot_gym.core.state import Floats
+from hazbot_gym.study.episode import RADIUS, Episode, X, Y
 from hazbot_gym.task.outcome import MOVING_MPS
 
-# Columns of ``Episode.people``.
-X, Y, VX, VY, RADIUS = range(5)
-
 Row = dict[str, float | int | str]
-
-
-class Episode(NamedTuple):
-    """One recorded episode: T + 1 decision instants, the start included, and T decisions.
-
-    Attributes:
-        time_s: (T + 1,) simulated time [s].
-        pose: (T + 1, 3) x [m], y [m], heading [rad] of the robot.
-        speed_mps: (T + 1,) actual speed along the heading [m/s].
-        command_mps: (T + 1,) speed that the policy asked for [m/s].
-        pose_error: (T + 1, 3) x_e [m], y_e [m], theta_e [rad], actual minus reference, robot frame.
-        people: (T + 1, K, 5) x, y [m], vx, vy [m/s] and radius [m] of everybody present, in no
-            particular order; NaN where fewer than K are.
-        rewards: (T,) reward of each decision.
-        reward_terms: unweighted terms of the reward, (T,) each.
-        costs: (T,) safety cost of each decision.
-        outcome: ``arrived``, ``contact_person``, ``contact_wall`` or ``timeout``.
-        contact_caused_by: ``robot``, ``person`` or empty.
-        contact_speed_mps: relative speed at the contact [m/s], NaN without one.
-        time_free_s: time of the same path without people under the same drive limits [s].
-        horizon_s: time at which an episode is cut off [s].
-        robot_radius_m: radius of the robot [m].
-    """
-
-    time_s: Floats
-    pose: Floats
-    speed_mps: Floats
-    command_mps: Floats
-    pose_error: Floats
-    people: Floats
-    rewards: Floats
-    reward_terms: dict[str, Floats]
-    costs: Floats
-    outcome: str
-    contact_caused_by: str
-    contact_speed_mps: float
-    time_free_s: float
-    horizon_s: float
-    robot_radius_m: float
 
 
 class SsmThresholds(NamedTuple):
@@ -95,11 +54,13 @@ def protective_distance(v: Floats, ssm: SsmThresholds) -> Floats:
 
 def measure(episode: Episode, ssm: SsmThresholds) -> Row:
     """Return all metrics of an episode as one flat row."""
+    d = distances(episode)
+    c = clearances(episode, d)
     return {
         **_end(episode),
         **_duration(episode),
-        **_nearness(episode),
-        **_separation(episode, ssm),
+        **_nearness(episode, d, c),
+        **_separation(episode, c, ssm),
         **_smoothness(episode),
         **_tracking(episode),
         **_reward(episode),
@@ -111,16 +72,18 @@ def distances(episode: Episode) -> Floats:
     """Return the centre distance d_i [m] to everybody, (T + 1, K), infinite where nobody is."""
     if episode.people.shape[1] == 0:
         return np.full((len(episode.time_s), 1), np.inf)
-    offset = episode.people[..., [X, Y]] - episode.pose[:, None, :2]
-    return np.nan_to_num(np.hypot(offset[..., 0], offset[..., 1]), nan=np.inf)
+    dx = episode.people[..., X] - episode.pose[:, :1]
+    dy = episode.people[..., Y] - episode.pose[:, 1:2]
+    d = np.hypot(dx, dy)
+    return np.where(np.isnan(d), np.inf, d)
 
 
-def clearances(episode: Episode) -> Floats:
+def clearances(episode: Episode, d: Floats) -> Floats:
     """Return the clearance c_i = d_i - R - R_i [m] to everybody, infinite where nobody is."""
     if episode.people.shape[1] == 0:
-        return distances(episode)
-    radii = np.nan_to_num(episode.people[..., RADIUS])
-    return distances(episode) - episode.robot_radius_m - radii
+        return d
+    c = d - episode.robot_radius_m - episode.people[..., RADIUS]
+    return np.where(np.isnan(c), np.inf, c)
 
 
 def _end(episode: Episode) -> Row:
@@ -164,7 +127,7 @@ def _duration(episode: Episode) -> Row:
     }
 
 
-def _nearness(episode: Episode) -> Row:
+def _nearness(episode: Episode, d: Floats, c: Floats) -> Row:
     """Measure least distance and clearance, intrusion and kinetic intrusion.
 
     ``intrusion = sum_t sum_i max(1.2 - c_i, 0) dt`` and
@@ -173,28 +136,27 @@ def _nearness(episode: Episode) -> Row:
     the second beside the time ratio: alone it rewards standing still. Infinite distances: nobody
     ever came.
     """
-    c = clearances(episode)
     dt = np.diff(episode.time_s)
     depth = np.maximum(PERSONAL_M - c[1:], 0.0).sum(axis=1)
     return {
         "clearance_min_m": float(c.min()),
-        "distance_min_m": float(distances(episode).min()),
+        "distance_min_m": float(d.min()),
         "intrusion_m_s": float(depth @ dt),
         "kinetic_intrusion_m2": float((np.abs(episode.speed_mps[1:]) * depth) @ dt),
     }
 
 
-def _separation(episode: Episode, ssm: SsmThresholds) -> Row:
+def _separation(episode: Episode, c: Floats, ssm: SsmThresholds) -> Row:
     """Measure speed and separation monitoring over the steps in which the robot moves.
 
-    ``ssm_violation`` is the share of moving steps with c < S_p(v), c being the least clearance, and
+    ``ssm_violation`` is the share of moving steps with min_i c_i < S_p(v), and
     ``ssm_shortfall_m`` the mean of max(S_p - c, 0) over them; both 0 if the robot never moves.
     """
     v = np.abs(episode.speed_mps[1:])
     moving = v > MOVING_MPS
     if not moving.any():
         return {"ssm_violation": 0.0, "ssm_shortfall_m": 0.0}
-    nearest = clearances(episode)[1:].min(axis=1)[moving]
+    nearest = c[1:].min(axis=1)[moving]
     shortfall = np.maximum(protective_distance(v[moving], ssm) - nearest, 0.0)
     return {
         "ssm_violation": float((shortfall > 0).mean()),

@@ -8,17 +8,16 @@ from typing import Any, NamedTuple
 
 import gymnasium
 import numpy as np
-import numpy.typing as npt
 
 from hazbot_gym.core.state import ROBOT_RADIUS_M, Floats, Records
 from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.policies.base import make as make_policy
+from hazbot_gym.study.actions import playable
 from hazbot_gym.study.config import ScenarioSet
-from hazbot_gym.study.metrics import Episode, Row, SsmThresholds, measure
-
-_PERSON_COLUMNS = ("x", "y", "vx", "vy", "radius")
+from hazbot_gym.study.episode import PERSON_COLUMNS, Episode, stack_people
+from hazbot_gym.study.metrics import Row, SsmThresholds, measure
 
 
 class Block(NamedTuple):
@@ -94,7 +93,9 @@ def run_episode(env: gymnasium.Env[Any, Any], policy: Policy, seed: int) -> tupl
         action, state = policy.predict(
             observation, state=state, episode_start=episode_start, deterministic=True
         )
-        observation, reward, terminated, truncated, info = env.step(playable(action, env))
+        observation, reward, terminated, truncated, info = env.step(
+            playable(action, env.action_space)
+        )
         snapshots.append(env.unwrapped.snapshot())  # type: ignore[attr-defined]
         steps.append((float(reward), info))
         episode_start = np.array([False])
@@ -123,18 +124,6 @@ def episode_seed(root: int, name: str, index: int) -> int:
     """Return the reset seed of one episode of a scenario set, independent of all others."""
     key = (zlib.crc32(name.encode()), index)
     return int(np.random.SeedSequence(root, spawn_key=key).generate_state(1)[0])
-
-
-def playable(action: npt.NDArray[Any], env: gymnasium.Env[Any, Any]) -> Any:
-    """Return an action that fits the environment: the nearest level where it has levels."""
-    space = env.action_space
-    if not isinstance(space, gymnasium.spaces.Discrete):
-        return action
-    value = np.asarray(action).reshape(-1)[0]
-    if np.issubdtype(value.dtype, np.integer):
-        return int(value)
-    top = int(space.n) - 1
-    return int(np.clip(np.rint((value + 1) / 2 * top), 0, top))
 
 
 def environment_ids() -> list[str]:
@@ -188,15 +177,11 @@ def _max_episode_steps(env: gymnasium.Env[Any, Any]) -> int:
 
 def _people(present: list[Records]) -> Floats:
     """Stack the people of all instants, (T + 1, K, 5), with NaN where fewer than K are present."""
-    counts = np.array([len(people) for people in present])
+    counts = [len(people) for people in present]
     # Joined as bytes: numpy takes far longer to join records, field by field.
     together = np.frombuffer(b"".join(people.tobytes() for people in present), present[0].dtype)
-    instants = np.repeat(np.arange(len(present)), counts)
-    slots = np.arange(len(together)) - np.repeat(np.cumsum(counts) - counts, counts)
-    stacked = np.full((len(present), int(counts.max()), len(_PERSON_COLUMNS)), np.nan)
-    for column, name in enumerate(_PERSON_COLUMNS):
-        stacked[instants, slots, column] = together[name]
-    return stacked
+    columns = np.stack([together[name] for name in PERSON_COLUMNS], axis=1)
+    return stack_people(np.repeat(np.arange(len(present)), counts), columns, len(present))
 
 
 def _unknown_env(env_id: str) -> str:

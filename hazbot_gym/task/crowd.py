@@ -9,13 +9,12 @@ before the beginning of its route.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from hazbot_gym.config import People, Speeds
-from hazbot_gym.core.geometry import clip, path_length, path_pose, route_pose
+from hazbot_gym.core.geometry import clip, norm, path_length, path_pose, route_pose
 from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.noise import SCENARIO, normal_pair, uniform4
 from hazbot_gym.core.state import (
@@ -188,12 +187,12 @@ def _has_room(people: Records, i: int, place: Place, nominal_speed_mps: float) -
     """Tell whether person i comes in clear of a nominal robot and of those who are there before."""
     me = people[i]
     x, y, _, _ = path_pose(place.path, nominal_speed_mps * me.enters_s)
-    if math.hypot(me.x - x, me.y - y) < ROBOT_ROOM_M:
+    if norm(me.x - x, me.y - y) < ROBOT_ROOM_M:
         return False
     for j in range(i):
         other = people[j]
         both = me.status == PRESENT and other.status == PRESENT
-        if both and math.hypot(me.x - other.x, me.y - other.y) < START_ROOM_M:
+        if both and norm(me.x - other.x, me.y - other.y) < START_ROOM_M:
             return False
     return True
 

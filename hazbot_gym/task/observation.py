@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from hazbot_gym.core.geometry import clip, path_length, path_pose
+from hazbot_gym.core.geometry import clip, norm, path_length, path_pose
 from hazbot_gym.core.jit import kernel, scalar
 from hazbot_gym.core.patterns import closest_approach
 from hazbot_gym.core.state import CONFRONTING, CROSSING, PATTERN_NAMES, Floats, Record, Records
@@ -164,7 +164,7 @@ def _next_nearest(tracks: Records, robot: Record, beyond: float, last: int) -> i
     for k in range(tracks.shape[0]):
         if tracks[k].visible == 0:
             continue
-        distance = math.hypot(tracks[k].x - robot.x, tracks[k].y - robot.y)
+        distance = norm(tracks[k].x - robot.x, tracks[k].y - robot.y)
         is_later = distance > beyond or (distance == beyond and k > last)
         if is_later and distance < best_distance:
             best, best_distance = k, distance
@@ -176,14 +176,14 @@ def _put_person(out: npt.NDArray[np.float32], i: int, track: Record, robot: Reco
     """Write the fields of one tracked person from entry i on."""
     dx, dy = track.x - robot.x, track.y - robot.y
     cos_t, sin_t = math.cos(robot.theta), math.sin(robot.theta)
-    distance = max(math.hypot(dx, dy), 1e-9)
+    distance = max(norm(dx, dy), 1e-9)
     rel_vx, rel_vy = track.vx - robot.v * cos_t, track.vy - robot.v * sin_t
     time_s, closest_m = closest_approach(dx, dy, rel_vx, rel_vy)
     i = _put(out, i, 1.0)
     i = _put(out, i, distance)
     i = _put(out, i, (cos_t * dy - sin_t * dx) / distance)
     i = _put(out, i, (cos_t * dx + sin_t * dy) / distance)
-    i = _put(out, i, math.hypot(track.vx, track.vy))
+    i = _put(out, i, norm(track.vx, track.vy))
     i = _put(out, i, -(dx * rel_vx + dy * rel_vy) / distance)
     i = _put(out, i, time_s)
     i = _put(out, i, closest_m)
@@ -231,7 +231,7 @@ def encode(
         if k < 0:
             i = _put_nobody(out, i)
         else:
-            beyond, last = math.hypot(tracks[k].x - robot.x, tracks[k].y - robot.y), k
+            beyond, last = norm(tracks[k].x - robot.x, tracks[k].y - robot.y), k
             i = _put_person(out, i, tracks[k], robot)
 
 

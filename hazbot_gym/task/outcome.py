@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hazbot_gym.core.geometry import path_length
+from hazbot_gym.core.geometry import norm, path_length
 from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.state import WALL, Record, Records
 
@@ -48,12 +48,12 @@ def contact_cause(robot: Record, person: Record) -> tuple[int, float]:
     Robot-caused if the robot moves, and closes the distance at least as fast as the person does.
     """
     dx, dy = person.x - robot.x, person.y - robot.y
-    distance = max(math.hypot(dx, dy), 1e-9)
+    distance = max(norm(dx, dy), 1e-9)
     robot_vx, robot_vy = robot.v * math.cos(robot.theta), robot.v * math.sin(robot.theta)
     robot_closing = (robot_vx * dx + robot_vy * dy) / distance
     person_closing = -(person.vx * dx + person.vy * dy) / distance
     by_robot = abs(robot.v) > MOVING_MPS and robot_closing > person_closing - TIE_MPS
-    speed = math.hypot(robot_vx - person.vx, robot_vy - person.vy)
+    speed = norm(robot_vx - person.vx, robot_vy - person.vy)
     return BY_ROBOT if by_robot else BY_PERSON, speed
 
 

@@ -17,9 +17,7 @@ pays; time presses through the arrival term, which is what is left of the time a
 
 from __future__ import annotations
 
-import math
-
-from hazbot_gym.core.geometry import clip
+from hazbot_gym.core.geometry import clip, norm
 from hazbot_gym.core.jit import kernel, scalar
 from hazbot_gym.core.proxemics import intrusion_depth
 from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, Floats, Record, Records
@@ -44,7 +42,7 @@ def intrusion(robot: Record, people: Records, nominal_speed_mps: float) -> float
     deepest = 0.0
     for i in range(people.shape[0]):
         if people[i].status == PRESENT:
-            distance = math.hypot(people[i].x - robot.x, people[i].y - robot.y)
+            distance = norm(people[i].x - robot.x, people[i].y - robot.y)
             clearance = distance - people[i].radius - ROBOT_RADIUS_M
             deepest = max(deepest, intrusion_depth(clearance))
     return deepest * clip(abs(robot.v) / nominal_speed_mps, 0.0, 1.0)

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from hazbot_gym.study.episode import Episode
 from hazbot_gym.study.metrics import (
-    Episode,
     SsmThresholds,
     clearances,
     distances,
@@ -43,12 +43,12 @@ def episode(**changes: object) -> Episode:
 
 def test_clearance_is_centre_distance_less_both_radii() -> None:
     np.testing.assert_allclose(distances(episode())[:, 0], [2.0, 1.95, 1.9, 1.85, 1.8])
-    np.testing.assert_allclose(clearances(episode())[:, 0], [1.5, 1.45, 1.4, 1.35, 1.3])
+    np.testing.assert_allclose(clearances(episode(), distances(episode()))[:, 0], [1.5, 1.45, 1.4, 1.35, 1.3])
 
 
 def test_an_absent_person_is_infinitely_far() -> None:
     nobody = episode(people=np.full((5, 2, 5), np.nan))
-    assert np.isinf(clearances(nobody)).all()
+    assert np.isinf(clearances(nobody, distances(nobody))).all()
     row = measure(nobody, SSM)
     assert row["clearance_min_m"] == np.inf
     assert row["intrusion_m_s"] == row["kinetic_intrusion_m2"] == row["ssm_violation"] == 0.0

@@ -33,6 +33,7 @@ from hazbot_gym.core.state import (
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.walking import lane_point
 from hazbot_gym.task.crowd import ROBOT_ROOM_M, START_ROOM_M, crowd_of, draw_people
+from hazbot_gym.task.place_data import PathData, PlaceData, RouteData, build_place
 from hazbot_gym.task.places import PLACES, load_place
 
 NOMINAL_MPS = 0.5
@@ -188,6 +189,18 @@ def test_nobody_comes_in_on_top_of_the_robot_or_of_another(name: str, model: str
         here = here[people["status"] == PRESENT]
         apart = np.hypot(*np.moveaxis(here[:, None] - here, -1, 0))
         assert apart[np.triu_indices(len(here), 1)].min(initial=np.inf) >= START_ROOM_M
+
+
+def test_who_comes_in_beside_the_path_does_so_when_a_nominal_robot_is_elsewhere() -> None:
+    path = PathData(points=[(0.0, 0.0), (12.0, 0.0)])
+    route = RouteData(points=[(6.0, -1.0), (6.0, 4.0)])
+    place = build_place(PlaceData(name="hatch", path=path, routes=[route]))
+    people_of = sampler(place, count=(1, 1), family="crossing", model="scripted")
+    people = np.concatenate([people_of(key) for key in range(DRAWS)])
+    robot = robot_at(place, NOMINAL_MPS, people["enters_s"])
+
+    assert np.hypot(people["x"] - robot[:, 0], people["y"] - robot[:, 1]).min() >= ROBOT_ROOM_M
+    assert np.median(people["enters_s"]) > 5.0
 
 
 def test_people_without_room_queue_where_their_route_begins() -> None:

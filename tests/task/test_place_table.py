@@ -32,6 +32,7 @@ def test_longer_rows_of_waypoints_do_not_change_the_routes() -> None:
     again = place_at(stack_places([circle, corridor]), 1)
 
     assert again.routes.shape[1] > corridor.routes.shape[1]
+    assert np.array_equal(again.routes[:, -1], corridor.routes[:, -1]), "where people leave"
     for route in range(len(corridor.routes)):
         for s in (-1.0, 3.0, 40.0):
             assert route_pose(again.routes, route, s) == route_pose(corridor.routes, route, s)

@@ -121,6 +121,15 @@ def test_replay_is_on_the_social_clock() -> None:
     assert len(fine) == pytest.approx(2 * len(coarse), abs=2)
 
 
+def test_seeded_people_are_those_who_come_in_after_the_moment_that_is_drawn() -> None:
+    # A short drive leaves most of the recording to choose from.
+    fast = source(people={"model": "seeded"}, drive={"nominal_speed_mps": 1.0})
+    firsts = [fast.draw(key).people[0] for key in range(40)]
+
+    assert len({int(first["route"]) for first in firsts}) > 5
+    assert np.mean([first["enters_s"] for first in firsts]) < 5.0
+
+
 def test_seeded_people_answer_to_the_robot_and_walk_on_their_own_routes() -> None:
     scenario = source(people={"model": "seeded"}).draw(0)
     expected = scenario.people[scenario.people["status"] == WAITING]

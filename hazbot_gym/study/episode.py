@@ -1,0 +1,67 @@
+"""One recorded episode, the same whichever engine ran it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hazbot_gym.core.state import Floats, Ints
+
+# Columns of ``Episode.people``, by the names of the fields of ``core.state.PERSON``.
+PERSON_COLUMNS = ("x", "y", "vx", "vy", "radius")
+X, Y, VX, VY, RADIUS = range(5)
+
+
+class Episode(NamedTuple):
+    """One recorded episode: T + 1 decision instants, the start included, and T decisions.
+
+    Attributes:
+        time_s: (T + 1,) simulated time [s].
+        pose: (T + 1, 3) x [m], y [m], heading [rad] of the robot.
+        speed_mps: (T + 1,) actual speed along the heading [m/s].
+        command_mps: (T + 1,) speed that the policy asked for [m/s].
+        pose_error: (T + 1, 3) x_e [m], y_e [m], theta_e [rad], actual minus reference, robot frame.
+        people: (T + 1, K, 5) x, y [m], vx, vy [m/s] and radius [m] of everybody present, in no
+            particular order; NaN where fewer than K are.
+        rewards: (T,) reward of each decision.
+        reward_terms: unweighted terms of the reward, (T,) each.
+        costs: (T,) safety cost of each decision.
+        outcome: ``arrived``, ``contact_person``, ``contact_wall`` or ``timeout``.
+        contact_caused_by: ``robot``, ``person`` or empty.
+        contact_speed_mps: relative speed at the contact [m/s], NaN without one.
+        time_free_s: time of the same path without people under the same drive limits [s].
+        horizon_s: time at which an episode is cut off [s].
+        robot_radius_m: radius of the robot [m].
+    """
+
+    time_s: Floats
+    pose: Floats
+    speed_mps: Floats
+    command_mps: Floats
+    pose_error: Floats
+    people: Floats
+    rewards: Floats
+    reward_terms: dict[str, Floats]
+    costs: Floats
+    outcome: str
+    contact_caused_by: str
+    contact_speed_mps: float
+    time_free_s: float
+    horizon_s: float
+    robot_radius_m: float
+
+
+def stack_people(instants: Ints, people: Floats, count: int) -> Floats:
+    """Return who was present at each instant as ``Episode.people`` (count, K, 5).
+
+    Args:
+        instants: (M,) instant of each row, ascending.
+        people: (M, 5) somebody present then.
+        count: number of instants.
+    """
+    present = np.bincount(instants, minlength=count)
+    slots = np.arange(len(instants)) - np.repeat(np.cumsum(present) - present, present)
+    stacked = np.full((count, int(present.max()), len(PERSON_COLUMNS)), np.nan)
+    stacked[instants, slots] = people
+    return stacked

@@ -1,0 +1,344 @@
+from __future__ import annotations
+
+import collections
+from collections.abc import Iterator
+from typing import Any
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from hazbot_gym.core.state import PRESENT
+from hazbot_gym.envs.corridor import CorridorEnv
+from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.task.reward import TERMS
+
+IDS = [f"{NAMESPACE}/{name}" for name in ENVIRONMENTS]
+FULL, STOP = np.array([1.0]), np.array([-1.0])
+ALWAYS_IN_INFO = {"time_s", "reward_terms", "cost"}
+AT_RESET = {"scenario_key", "place", "time_free_s"}
+AT_CONTACT = {"contact_caused_by", "contact_speed_mps"}
+
+everywhere = pytest.mark.parametrize("env_id", IDS)
+
+
+class Step:
+    """What one step returned, by name."""
+
+    def __init__(self, returned: tuple[Any, ...]) -> None:
+        self.observation, self.reward, self.terminated, self.truncated, self.info = returned
+
+    @property
+    def is_last(self) -> bool:
+        return bool(self.terminated or self.truncated)
+
+
+def make(env_id: str = IDS[0], **options: Any) -> CorridorEnv:
+    env = gymnasium.make(env_id, **options).unwrapped
+    assert isinstance(env, CorridorEnv)
+    return env
+
+
+def with_walker(x: float, y: float, vx: float, vy: float = 0.0, **options: Any) -> CorridorEnv:
+    """Return an environment in the open with one scripted walker, and reset it."""
+    walker = {"x_m": x, "y_m": y, "vx_mps": vx, "vy_mps": vy}
+    env = make(place="open", people={"model": "scripted", "walkers": [walker]}, **options)
+    env.reset(seed=0)
+    return env
+
+
+def episode(env: CorridorEnv, action: npt.NDArray[Any] | None = None) -> Iterator[Step]:
+    """Step to the end of an episode, with one action or random ones."""
+    step = None
+    while step is None or not step.is_last:
+        step = Step(env.step(env.action_space.sample() if action is None else action))
+        yield step
+
+
+# --- reward and info -----------------------------------------------------------------------------
+
+
+@everywhere
+def test_the_reward_is_the_weighted_sum_of_terms_in_their_ranges(env_id: str) -> None:
+    env = make(env_id)
+    env.action_space.seed(1)
+    env.reset(seed=1)
+    weights = np.array(env.config.reward)
+    for _ in range(2):
+        for step in episode(env):
+            terms = step.info["reward_terms"]
+            assert tuple(terms) == TERMS
+            assert step.reward == pytest.approx(weights @ list(terms.values()), abs=1e-12)
+            assert all(0.0 <= value <= 1.0 for value in terms.values())
+            assert 0.0 <= step.info["cost"] <= 2.0
+        env.reset()
+
+
+@everywhere
+def test_info_holds_what_the_contract_says(env_id: str) -> None:
+    env = make(env_id)
+    _, info = env.reset(seed=2)
+    assert set(info) == ALWAYS_IN_INFO | AT_RESET
+    assert isinstance(info["scenario_key"], int)
+    assert isinstance(info["place"], str)
+    assert 20.0 < info["time_free_s"] < 60.0
+    for count, step in enumerate(episode(env, FULL), start=1):
+        assert step.info["time_s"] == pytest.approx(0.1 * count)
+        extra = set(step.info) - ALWAYS_IN_INFO
+        if not step.is_last:
+            assert extra == set()
+        else:
+            is_contact = step.info["outcome"].startswith("contact")
+            assert extra == {"outcome"} | (AT_CONTACT if is_contact else set())
+
+
+@everywhere
+def test_observations_and_infos_share_no_memory(env_id: str) -> None:
+    env = make(env_id)
+    first, info = env.reset(seed=3)
+    observations, infos = [first], [info]
+    for _ in range(5):
+        step = Step(env.step(FULL))
+        observations.append(step.observation)
+        infos.append(step.info)
+    for i, one in enumerate(observations):
+        assert one.base is None
+        assert not any(np.shares_memory(one, other) for other in observations[i + 1 :])
+    assert len({id(info["reward_terms"]) for info in infos}) == len(infos)
+    kept = [observation.copy() for observation in observations]
+    observations[-1][:] = 0.0
+    env.step(FULL)
+    assert np.array_equal(observations[:-1], kept[:-1])
+
+
+def test_the_cost_counts_only_contacts_that_the_robot_caused() -> None:
+    struck = list(episode(with_walker(2.0, 0.0, 0.0), FULL))[-1]
+    assert struck.info["contact_caused_by"] == "robot"
+    assert struck.info["cost"] == pytest.approx(struck.info["reward_terms"]["intrusion"] + 1.0)
+    hit = list(episode(with_walker(2.0, 0.0, -1.0), STOP))[-1]
+    assert hit.info["contact_caused_by"] == "person"
+    assert hit.info["cost"] == 0.0
+
+
+# --- how episodes end ----------------------------------------------------------------------------
+
+
+def test_arrival_terminates_with_what_is_left_of_the_time() -> None:
+    env = make(people={"count": [0, 0]})
+    _, info = env.reset(seed=0)
+    steps = list(episode(env, FULL))
+    last = steps[-1]
+    assert (last.terminated, last.truncated, last.info["outcome"]) == (True, False, "arrived")
+    assert last.info["time_s"] == pytest.approx(info["time_free_s"], abs=0.3)
+    left = 1.0 - len(steps) / env.config.max_episode_steps
+    assert last.info["reward_terms"]["arrival"] == pytest.approx(left)
+    assert all(step.info["reward_terms"]["arrival"] == 0.0 for step in steps[:-1])
+    assert env.snapshot().x == pytest.approx(12.0, abs=env.config.arrival_tolerance_m + 0.05)
+
+
+def test_contact_with_a_person_terminates() -> None:
+    last = list(episode(with_walker(2.0, 0.0, -1.0), FULL))[-1]
+    assert (last.terminated, last.truncated) == (True, False)
+    assert last.info["outcome"] == "contact_person"
+    assert last.info["contact_caused_by"] == "person"
+    assert last.info["contact_speed_mps"] == pytest.approx(1.4, abs=0.1)
+    assert last.info["reward_terms"]["contact"] > 0.0
+
+
+def test_contact_with_a_wall_terminates(tmp_path: Any) -> None:
+    """A place so narrow that the robot's tracking error in its corner reaches the wall."""
+    narrow = tmp_path / "narrow.yaml"
+    narrow.write_text(
+        "name: narrow\n"
+        "path: {points: [[0, 0], [3, 0], [3, 3]], corner_radius_m: 0.5}\n"
+        "walls: [[0.5, -0.305, 2.2, -0.305], [3.31, 0.6, 3.31, 2.5]]\n"
+    )
+    plant = {"K": 2.0, "T1": 3.0, "T2": 0.0, "Tf": 0.05, "a": -0.25}
+    env = make(place=str(narrow), people={"count": [0, 0]}, drive={"plant": plant})
+    env.reset(seed=0)
+    last = list(episode(env, FULL))[-1]
+    assert last.info["outcome"] == "contact_wall"
+    assert last.info["contact_caused_by"] == "robot"
+    assert 0.2 < last.info["contact_speed_mps"] < 0.8
+
+
+@pytest.mark.parametrize("horizon", [1, 7, 40])
+def test_time_runs_out_at_the_horizon(horizon: int) -> None:
+    env = make(config={"max_episode_steps": horizon})
+    env.reset(seed=0)
+    steps = list(episode(env, STOP))
+    assert len(steps) == horizon
+    assert (steps[-1].terminated, steps[-1].truncated) == (False, True)
+    assert steps[-1].info["outcome"] == "timeout"
+
+
+def test_an_episode_that_is_over_takes_no_more_steps() -> None:
+    env = make()
+    with pytest.raises(InvalidInput, match="reset"):
+        env.step(FULL)
+    env.reset(seed=0)
+    list(episode(env, FULL))
+    with pytest.raises(InvalidInput, match="reset"):
+        env.step(FULL)
+
+
+# --- actions -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("action", "command_mps"), [(-1.0, 0.0), (-0.5, 0.125), (0.0, 0.25), (1.0, 0.5)]
+)
+def test_the_action_maps_linearly_to_the_commanded_speed(action: float, command_mps: float) -> None:
+    env = make()
+    env.reset(seed=0)
+    env.step(np.array([action]))
+    assert env.snapshot().command_mps == pytest.approx(command_mps)
+
+
+@pytest.mark.parametrize("level", range(5))
+def test_discrete_actions_are_the_paper_s_five_speeds(level: int) -> None:
+    env = make(action_type="discrete")
+    env.reset(seed=0)
+    env.step(level)
+    assert env.snapshot().command_mps == pytest.approx(0.125 * level)
+
+
+BAD_ACTIONS = [
+    ("continuous", np.array([np.nan])),
+    ("continuous", np.array([np.inf])),
+    ("continuous", np.array([1.01])),
+    ("continuous", np.array([-1.5])),
+    ("continuous", np.array([0.1, 0.2])),
+    ("continuous", np.array([[0.1]])),
+    ("continuous", 0.5),
+    ("continuous", np.array(["fast"])),
+    ("continuous", None),
+    ("discrete", 5),
+    ("discrete", -1),
+    ("discrete", 1.5),
+    ("discrete", np.array([1, 2])),
+    ("discrete", "fast"),
+    ("discrete", None),
+]
+
+
+@pytest.mark.parametrize(("kind", "action"), BAD_ACTIONS, ids=str)
+def test_a_bad_action_gets_one_line_and_leaves_the_episode_as_it_was(
+    kind: str, action: Any
+) -> None:
+    env, twin = make(action_type=kind), make(action_type=kind)
+    good = env.action_space.sample()
+    for each in (env, twin):
+        each.reset(seed=1)
+        each.step(good)
+    with pytest.raises(InvalidInput) as caught:
+        env.step(action)
+    assert "action" in str(caught.value)
+    assert "allowed" in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert env.step(good)[0].tolist() == twin.step(good)[0].tolist()
+
+
+def test_the_reflex_stops_before_what_the_front_sensors_hear() -> None:
+    env = with_walker(3.0, 0.0, 0.0, drive={"reflex_stop_m": 0.8})
+    steps = [Step(env.step(FULL)) for _ in range(150)]
+    assert not any(step.is_last for step in steps)
+    assert env.snapshot().command_mps == 0.0
+    assert 1.0 < env.snapshot().x < 2.2
+
+
+# --- options of reset, snapshots, pictures -------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "options", [{"kye": 1}, {"key": -1}, {"key": 2**64}, {"key": 1.5}, {"key": "one"}], ids=str
+)
+def test_a_reset_option_that_cannot_be_used_gets_one_line(options: dict[str, Any]) -> None:
+    env = make()
+    with pytest.raises(InvalidInput) as caught:
+        env.reset(options=options)
+    assert "key" in str(caught.value)
+    assert "\n" not in str(caught.value)
+    env.reset(seed=0)
+    env.step(FULL)
+
+
+def test_a_snapshot_holds_the_people_present() -> None:
+    env = make(people={"count": [4, 4]})
+    env.reset(seed=5)
+    for _ in range(10):
+        env.step(FULL)
+    people = env.snapshot().people
+    assert np.all(people["status"] == PRESENT)
+    people["x"] = 0.0
+    assert not np.any(env.snapshot().people["x"] == 0.0)
+
+
+def test_an_unknown_render_mode_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="render_mode.*'human'"):
+        CorridorEnv(render_mode="human")
+
+
+def test_without_a_render_mode_there_is_no_picture() -> None:
+    env = make()
+    env.reset(seed=0)
+    assert env.render() is None
+
+
+# --- tiers ---------------------------------------------------------------------------------------
+
+
+def test_tiers_differ_in_what_they_show_and_in_nothing_else() -> None:
+    widths, rewards = {}, []
+    for tier in ("sonar", "tracks", "privileged"):
+        env = make(tier=tier)
+        observation, _ = env.reset(seed=6)
+        widths[tier] = observation.shape
+        steps = [Step(env.step(FULL)) for _ in range(60)]
+        rewards.append([step.reward for step in steps])
+        own = np.array([step.observation[:12] for step in steps])
+        assert np.array_equal(own, steps_of_sonar := own if tier == "sonar" else steps_of_sonar)
+    assert widths == {"sonar": (12,), "tracks": (48,), "privileged": (48,)}
+    assert rewards[0] == rewards[1] == rewards[2]
+
+
+def test_the_privileged_tier_shows_the_true_state_whatever_the_tracker_s_faults() -> None:
+    tracker = {"position_noise_m": 0.3, "dropout": 0.9, "latency_steps": 5, "range_m": 1.0}
+    env = make(tier="privileged", people={"count": [3, 3]}, sensors={"tracker": tracker})
+    env.reset(seed=6)
+    for _ in range(30):
+        observation = env.step(FULL)[0]
+    state = env.snapshot()
+    nearest = min(np.hypot(state.people["x"] - state.x, state.people["y"] - state.y))
+    seen = env._layout.decode(observation)
+    assert seen["person0_present"] == 1.0
+    assert seen["person0_distance_m"] == pytest.approx(min(nearest, 8.0), abs=1e-5)
+
+
+# --- variety -------------------------------------------------------------------------------------
+
+
+def test_no_entry_of_the_observation_is_constant() -> None:
+    """Within an id everything but the curvature of a straight or circular path and some labels
+    varies; those vary in another id."""  # fmt: skip
+    varying = collections.Counter[str]()
+    for env_id in IDS:
+        env = make(env_id)
+        env.action_space.seed(0)
+        rows = [env.reset(seed=0)[0]]
+        while len(rows) < 2500:
+            for step in episode(env):
+                rows.append(step.observation)
+            rows.append(env.reset()[0])
+        names = env._layout.names
+        changing = {names[i] for i in np.flatnonzero(np.ptp(rows, axis=0) > 0.0)}
+        labels = {name for name in names if name.startswith("person") and name[8:] in LABELS}
+        assert set(names) - changing <= labels | {"curvature_ahead_per_m"}
+        varying.update(changing)
+        total = set(names)
+    assert total - set(varying) == set()
+
+
+LABELS = ("crossing", "encountering", "leading", "confronting")
