@@ -56,8 +56,11 @@ def study(
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the results. [results/study]")] = None,
     episodes: Annotated[int | None, typer.Option(help="Episodes a policy and set.")] = None,
-    workers: Annotated[int | None, typer.Option(help="Processes; one a core if not given.")] = None,
+    workers: Annotated[int | None, typer.Option(help="Cores to use; all if not given.")] = None,
     seed: Annotated[int | None, typer.Option(help="Root of all seeds.")] = None,
+    engine: Annotated[
+        str | None, typer.Option(help="batched, or pymunk for the reference. [batched]")
+    ] = None,
 ) -> None:
     """Run policies over the same scenarios and compare them: the main job. Resumable."""
     from hazbot_gym.study import comparison, tables
@@ -65,7 +68,7 @@ def study(
 
     if workers is not None and workers < 1:
         raise InvalidInput(f"workers: given {workers}, allowed is 1 or more")
-    plan = load_study(config, tracks=tracks, episodes=episodes, seed=seed)
+    plan = load_study(config, tracks=tracks, episodes=episodes, seed=seed, engine=engine)
     # Results among real people do not push aside the ones without.
     folder = out or Path("results", "study-tracks" if plan.tracks else "study")
     summary = comparison.run_study(plan, folder, workers=workers, console=Console(stderr=True))
@@ -84,6 +87,7 @@ def evaluate(
     change: Annotated[
         list[str] | None, typer.Option("--set", help="Config value, e.g. people.count=[4,4].")
     ] = None,
+    engine: Annotated[str, typer.Option(help="batched, or pymunk for the reference.")] = "batched",
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")] = False,
 ) -> None:
     """Evaluate one policy in one environment."""
@@ -91,7 +95,9 @@ def evaluate(
     from hazbot_gym.study.config import parse_overrides
 
     overrides = parse_overrides(change or []) | ({"scenario": scenario} if scenario else {})
-    rows = rollout.evaluate(policy, env, episodes=episodes, seed=seed, overrides=overrides)
+    rows = rollout.evaluate(
+        policy, env, episodes=episodes, seed=seed, overrides=overrides, engine=engine
+    )
     if as_json:
         head = {"policy": policy, "env": env, "episodes": episodes, "seed": seed}
         typer.echo(json.dumps({**head, "metrics": summary.means(rows)}, allow_nan=False))

@@ -230,19 +230,27 @@ def make_config(
     Raises:
         InvalidInput: One line that names the field, what was given and what is allowed.
     """
-    if isinstance(given, Config):
-        given = _as_mappings(given)
-    elif isinstance(given, str | Path):
-        given = read_yaml(Path(given))
     if scenario is not None and scenario not in SCENARIOS:
         raise InvalidInput(f"scenario: given {scenario!r}, allowed are {', '.join(SCENARIOS)}")
     deltas: dict[str, Any] = {}
-    for layer in (preset or {}, SCENARIOS[scenario] if scenario else {}, given or {}, overrides):
+    for layer in (preset or {}, SCENARIOS[scenario] if scenario else {}, _deltas(given), overrides):
         deltas = _merge(deltas, layer)
     try:
         return Config.model_validate(deltas)
     except ValidationError as error:
         raise InvalidInput(first_error(error)) from error
+
+
+def _deltas(given: Config | Mapping[str, Any] | str | Path | None) -> Mapping[str, Any]:
+    """Return as a mapping what ``make_config`` was given."""
+    if isinstance(given, Config):
+        return dict(_as_mappings(given))
+    if isinstance(given, str | Path):
+        return read_yaml(Path(given))
+    if given is not None and not isinstance(given, Mapping):
+        kind = type(given).__name__
+        raise InvalidInput(f"config: given {kind}, allowed are a Config, a mapping or a path")
+    return given or {}
 
 
 def read_yaml(path: Path, what: str = "config") -> dict[str, Any]:
@@ -301,6 +309,7 @@ def _merge(base: Mapping[str, Any], deltas: Mapping[str, Any]) -> dict[str, Any]
     merged = dict(base)
     for key, value in deltas.items():
         below = merged.get(key)
-        both = isinstance(below, Mapping) and isinstance(value, Mapping)
-        merged[key] = _merge(below, value) if both else value
+        if isinstance(below, Mapping) and isinstance(value, Mapping):
+            value = _merge(below, value)
+        merged[key] = value
     return merged

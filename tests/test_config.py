@@ -178,6 +178,11 @@ def test_bad_file_is_one_clear_line(tmp_path: Path, content: bytes, complaint: s
     assert "\n" not in str(caught.value)
 
 
+def test_config_of_another_kind_is_one_clear_line() -> None:
+    with pytest.raises(InvalidInput, match="^config: given int, allowed are a Config, a mapping"):
+        make_config(3)  # type: ignore[arg-type]
+
+
 def test_missing_file_is_one_clear_line() -> None:
     with pytest.raises(InvalidInput, match=r"^config: cannot read no/such\.yaml \(No such file"):
         make_config("no/such.yaml")

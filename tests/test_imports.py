@@ -15,7 +15,7 @@ PACKAGE = Path(hazbot_gym.__file__).parent
 
 # What each room may import besides itself, the errors and the package's version.
 BELOW = {
-    "__init__": (),
+    "__init__": ("envs.registration",),
     "__main__": ("cli",),
     "cli": ("study", "policies", "envs", "sim", "task", "config", "core"),
     "study": ("policies", "envs", "sim", "task", "config", "core"),
@@ -33,8 +33,8 @@ HOMES = {
     "pymunk": ("sim.world",),
     "pygame": ("envs.rendering",),
     "skfuzzy": ("policies.fuzzy_expert",),
-    "torch": ("envs.vector", "study.training", "policies.learned"),
-    "stable_baselines3": ("envs.vector", "study.training", "policies.learned"),
+    "torch": ("study.training", "policies.learned"),
+    "stable_baselines3": ("envs.sb3", "study.training", "policies.learned"),
     "sb3_contrib": ("study.training", "policies.learned"),
     "pandas": ("study",),
     "pyarrow": ("study",),

@@ -97,11 +97,14 @@ def kept_fraction(
     near, fast = controller.distance, controller.speed
     sum_w, sum_kept = 0.0, 0.0
     for j in range(controller.rules.shape[0]):
+        m3 = pattern_membership(pattern, int(controller.rules[j, 2]), controller.pattern_width)
+        if m3 == 0.0:  # the rule does not fire, by minimum or by product
+            continue
         r, v = int(controller.rules[j, 0]), int(controller.rules[j, 1])
         w = rule_weight(
             two_sided_gauss(distance_m, near[r, 0], near[r, 1], near[r, 2]),
             two_sided_gauss(speed_mps, fast[v, 0], fast[v, 1], fast[v, 2]),
-            pattern_membership(pattern, int(controller.rules[j, 2]), controller.pattern_width),
+            m3,
             controller.is_product,
         )
         sum_w += w

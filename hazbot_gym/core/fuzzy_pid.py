@@ -8,6 +8,7 @@ it on outputs of +-3.
 
 from __future__ import annotations
 
+import functools
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -126,6 +127,7 @@ def _tabulate(rules: npt.NDArray[np.int64]) -> Floats:
     return table
 
 
+@functools.cache  # the same for every environment, and takes longer than making the rest of one
 def gain_table(tables: str = "textbook") -> Floats:
     """Return the inference on a grid over [-3, 3]^2: (121, 121, 3), error by rate by output."""
     return _tabulate(rule_tables(tables))

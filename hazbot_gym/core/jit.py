@@ -50,12 +50,12 @@ def lean_kernel(function: Function) -> Function:
 
 
 def _compile(function: Function, *, is_counting: bool) -> Function:
-    compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy", _nrt=is_counting)(
-        function
-    )
+    options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": is_counting}
+    compiled: Any = numba.njit(cache=True, **options)(function)
     # A private attribute of numba, held by tests/core/test_jit.py: numba has no public way to say
-    # that a cached binary depends on other files.
-    compiled._cache._cache_file._source_stamp = _stamp(Path(__file__).parent.parent)
+    # that a cached binary depends on other files besides its own.
+    cache = compiled._cache._cache_file
+    cache._source_stamp = (cache._source_stamp, _stamp(Path(__file__).parent.parent))
     return cast(Function, compiled)
 
 

@@ -12,16 +12,15 @@ import numpy as np
 import numpy.typing as npt
 
 from hazbot_gym.config import Config, make_config
-from hazbot_gym.core.patterns import Thresholds
 from hazbot_gym.core.state import NO_CONTACT, TRACK, as_record, records
 from hazbot_gym.core.ultrasonic import FRONT_RIGHT
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.perception import (
     SENSORS,
-    SensorParameters,
-    TrackerParameters,
     blank_tracks,
     perceive,
+    sensor_parameters,
+    tracker_of,
 )
 from hazbot_gym.sim.world import Snapshot, World
 from hazbot_gym.task.observation import LAYOUTS, markdown_table, observe
@@ -160,7 +159,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         self._key, self._is_over = key, False
         people = len(scenario.people)
         self._tracks = blank_tracks(people)
-        memory = self.config.sensors.tracker.latency_steps + 1
+        memory = tracker_of(self.config).latency_steps + 1
         self._history = records(TRACK, memory * people).reshape(memory, people)
         self._trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_STEPS)
         info = {
@@ -212,8 +211,9 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
                 raise InvalidInput(f"action: given {action!r}, allowed are the integers 0 to 4")
             return nominal * SPEED_LEVELS[int(action)]
         values = np.asarray(action)
-        if values.shape != (1,):
-            raise InvalidInput(f"action: given an array of shape {values.shape}, allowed is (1,)")
+        if values.shape != (1,) or values.dtype.kind not in "fiu":
+            given = f"an array of shape {values.shape} and type {values.dtype}"
+            raise InvalidInput(f"action: given {given}, allowed are shape (1,) and numbers")
         value = float(values[0])
         if not -1.0 <= value <= 1.0:  # also catches NaN
             raise InvalidInput(f"action: given {value}, allowed is -1 <= action <= 1")
@@ -313,32 +313,16 @@ def spaces_of(config: Config) -> tuple[gymnasium.spaces.Box, gymnasium.Space[Any
     return observations, gymnasium.spaces.Box(-1.0, 1.0, (1,))
 
 
-def sensor_parameters(config: Config) -> SensorParameters:
-    """Return the sensors' parameters for a config; the privileged tier has a perfect tracker."""
-    tracker = config.sensors.tracker
-    is_privileged = config.tier == "privileged"
-    return SensorParameters(
-        config.sensors.ultrasonic,
-        TrackerParameters(
-            range_m=tracker.range_m,
-            position_noise_m=0.0 if is_privileged else tracker.position_noise_m,
-            velocity_noise_mps=0.0 if is_privileged else tracker.velocity_noise_mps,
-            dropout=tracker.dropout,
-            is_privileged=is_privileged,
-            intended_speed_mps=config.drive.nominal_speed_mps,
-        ),
-        Thresholds(moving_mps=tracker.moving_mps),
-    )
-
-
 def _requested_key(options: dict[str, Any] | None, drawn: int) -> int:
     unknown = set(options or {}) - {"key"}
     if unknown:
         raise InvalidInput(f"reset options: given {', '.join(sorted(unknown))}, allowed is key")
-    key = int((options or {}).get("key", drawn))
-    if not 0 <= key < 2**64:
-        raise InvalidInput(f"reset options: given key = {key}, allowed is 0 <= key < 2^64")
-    return key
+    key = (options or {}).get("key", drawn)
+    if not isinstance(key, int | np.integer) or not 0 <= key < 2**64:
+        raise InvalidInput(
+            f"reset options: given key = {key!r}, allowed are integers from 0 to 2^64 - 1"
+        )
+    return int(key)
 
 
 CorridorEnv.__doc__ = (

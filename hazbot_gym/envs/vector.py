@@ -22,12 +22,18 @@ from gymnasium.vector.utils import batch_space
 from hazbot_gym.config import Config, make_config
 from hazbot_gym.core.jit import lean_kernel, scalar
 from hazbot_gym.core.state import NO_PATTERN, PERSON, Floats, Records, as_record, records
-from hazbot_gym.envs.corridor import SPEED_LEVELS, sensor_parameters, spaces_of
+from hazbot_gym.envs.corridor import SPEED_LEVELS, spaces_of
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.batch import Mechanics, Worlds, allocate, mechanics, step_world
 from hazbot_gym.sim.drive import free_time_s, place_robot
 from hazbot_gym.sim.people import social_step
-from hazbot_gym.sim.perception import remember, sense_ranges, track_people
+from hazbot_gym.sim.perception import (
+    remember,
+    sense_ranges,
+    sensor_parameters,
+    track_people,
+    tracker_of,
+)
 from hazbot_gym.task.observation import LAYOUTS, encode
 from hazbot_gym.task.outcome import (
     BY_ROBOT,
@@ -290,7 +296,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             nominal_speed_mps=config.drive.nominal_speed_mps,
             decision_s=config.clock.decision_s,
         )
-        self._worlds = allocate(n, source.people, config.sensors.tracker.latency_steps)
+        self._worlds = allocate(n, source.people, tracker_of(config).latency_steps)
         self._episodes = Episodes(
             keys=np.zeros((n, KEYS_AHEAD), np.uint64),
             used=np.full(n, KEYS_AHEAD, np.int64),

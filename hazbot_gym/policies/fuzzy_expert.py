@@ -8,16 +8,17 @@ plots and tests. Near several people the slowest answer counts.
 from __future__ import annotations
 
 import math
-from functools import cached_property
-from typing import Any, Literal
+from functools import cache, cached_property
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
-from hazbot_gym.core.fuzzy import SpeedRules, kept_fractions
-from hazbot_gym.core.state import CROSSING, NO_PATTERN, PATTERN_NAMES, Floats
+from hazbot_gym.core.fuzzy import SpeedRules, kept_fraction
+from hazbot_gym.core.jit import lean_kernel, scalar
+from hazbot_gym.core.state import CROSSING, NO_PATTERN, PATTERN_NAMES, Floats, Ints
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.policies.base import Actions, Observations, speed_action
 from hazbot_gym.task.observation import layout_of
@@ -103,6 +104,27 @@ PERSON_FIELDS = (
 )
 
 
+class Columns(NamedTuple):
+    """Where an observation holds what the strategy reads of each person."""
+
+    index: Ints  # (K, fields)
+    scale: Floats  # (K, fields) to physical units
+
+
+@cache
+def _columns(width: int) -> Columns:
+    layout = layout_of(np.empty(width))
+    people = [i for i in range(width) if f"person{i}_present" in layout.names]
+    if not people:
+        raise InvalidInput(
+            "tier: the policy fuzzy_expert needs to see people, given are sonar observations; "
+            "allowed are tier tracks and privileged"
+        )
+    index = [[layout.names.index(f"person{i}_{name}") for name in PERSON_FIELDS] for i in people]
+    scale = [[layout.fields[column].scale for column in row] for row in index]
+    return Columns(np.array(index), np.array(scale))
+
+
 @dataclass(frozen=True, config=ConfigDict(extra="forbid"))
 class FuzzyExpert:
     """The paper's strategy on tracked people.
@@ -147,35 +169,48 @@ class FuzzyExpert:
         deterministic: bool = True,
     ) -> tuple[Actions, Any]:
         """Return the action for the slowest answer to any person; see ``base.Policy.predict``."""
-        rows = np.atleast_2d(observation)
-        distances, speeds, patterns = self._people(rows)
-        kept = kept_fractions(distances, speeds, patterns, self.controller)
+        rows = np.atleast_2d(np.asarray(observation, np.float32))
+        kept = np.empty(len(rows), np.float32)
+        _answer(rows, _columns(rows.shape[1]), self.controller, self.release, kept)
         return speed_action(kept.reshape(np.shape(observation)[:-1])), state
 
-    def _people(self, rows: Observations) -> tuple[Floats, Floats, npt.NDArray[np.int64]]:
-        """Return distance, speed and pattern code of every person, each (N, K)."""
-        present, distance, speed, bearing_cos, closing, *flags = _person_fields(rows)
-        counts = present > 0.5
-        if self.release:
-            is_leaving = (bearing_cos < 0.0) & (closing < 0.0)
-            counts &= ~(is_leaving & (distance > SENSITIVE_M))
-        has_pattern = np.max(flags, axis=0) > 0.5
-        pattern = np.where(has_pattern, CROSSING + np.argmax(flags, axis=0), NO_PATTERN)
-        return np.where(counts, distance, np.inf), speed, pattern
+
+@scalar
+def _person_counts(
+    present: float, bearing_cos: float, closing_mps: float, distance_m: float, release: bool
+) -> bool:
+    """Return whether a person is there, and not let go as behind and receding beyond R_s."""
+    is_leaving = release and bearing_cos < 0.0 and closing_mps < 0.0 and distance_m > SENSITIVE_M
+    return present > 0.5 and not is_leaving
 
 
-def _person_fields(rows: Observations) -> Floats:
-    """Return what the strategy reads of each person: (fields, N, K), in physical units."""
-    layout = layout_of(rows)
-    seen = layout.decode(rows)
-    count = sum(name.startswith("person") and name.endswith("_present") for name in seen)
-    if count == 0:
-        raise InvalidInput(
-            "tier: the policy fuzzy_expert needs to see people, given are sonar observations; "
-            "allowed are tier tracks and privileged"
-        )
-    people = [[seen[f"person{i}_{field}"] for i in range(count)] for field in PERSON_FIELDS]
-    return np.ascontiguousarray(np.swapaxes(people, 1, 2))
+@scalar
+def _pattern(row: Observations, index: Ints) -> int:
+    """Return the pattern whose flag is raised, or ``NO_PATTERN``."""
+    for k in range(index.shape[0]):
+        if row[index[k]] > 0.5:
+            return CROSSING + k
+    return NO_PATTERN
+
+
+@lean_kernel
+def _answer(
+    rows: Observations, columns: Columns, controller: SpeedRules, release: bool, out: Observations
+) -> None:
+    """Write the smallest kept fraction beside any person for each observation: (N, n) to (N,)."""
+    index, scale = columns.index, columns.scale
+    for i in range(rows.shape[0]):
+        kept, row = 1.0, rows[i]
+        for k in range(index.shape[0]):
+            present = row[index[k, 0]] * scale[k, 0]
+            distance_m = row[index[k, 1]] * scale[k, 1]
+            speed_mps = row[index[k, 2]] * scale[k, 2]
+            bearing_cos = row[index[k, 3]] * scale[k, 3]
+            closing_mps = row[index[k, 4]] * scale[k, 4]
+            if _person_counts(present, bearing_cos, closing_mps, distance_m, release):
+                pattern = _pattern(row, index[k, 5:])
+                kept = min(kept, kept_fraction(distance_m, speed_mps, pattern, controller))
+        out[i] = kept
 
 
 # --- the same system in scikit-fuzzy -------------------------------------------------------------

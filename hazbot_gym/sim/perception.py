@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hazbot_gym.config import Config, Tracker
 from hazbot_gym.core.geometry import is_in_sight, nearest_on_segment, norm
 from hazbot_gym.core.jit import kernel, scalar
 from hazbot_gym.core.noise import SONAR, TRACKER, noise_value, uniform4
@@ -54,6 +55,33 @@ class SensorParameters(NamedTuple):
     ultrasonic: Ultrasonic
     tracker: TrackerParameters
     patterns: Thresholds
+
+
+def tracker_of(config: Config) -> Tracker:
+    """Return the people tracker of the config's tier; the privileged one makes no mistakes."""
+    tracker = config.sensors.tracker
+    if config.tier != "privileged":
+        return tracker
+    return tracker._replace(
+        position_noise_m=0.0, velocity_noise_mps=0.0, dropout=0.0, latency_steps=0
+    )
+
+
+def sensor_parameters(config: Config) -> SensorParameters:
+    """Return the sensors' parameters for a config."""
+    tracker = tracker_of(config)
+    return SensorParameters(
+        config.sensors.ultrasonic,
+        TrackerParameters(
+            range_m=tracker.range_m,
+            position_noise_m=tracker.position_noise_m,
+            velocity_noise_mps=tracker.velocity_noise_mps,
+            dropout=tracker.dropout,
+            is_privileged=config.tier == "privileged",
+            intended_speed_mps=config.drive.nominal_speed_mps,
+        ),
+        Thresholds(moving_mps=tracker.moving_mps),
+    )
 
 
 @scalar

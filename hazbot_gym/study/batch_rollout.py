@@ -6,7 +6,7 @@ start together; one whose episode is over stays where it is until the last one's
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 from typing import Any
 
@@ -23,7 +23,7 @@ from hazbot_gym.study.actions import levels_of
 from hazbot_gym.study.episode import PERSON_COLUMNS, Episode, stack_people
 from hazbot_gym.study.metrics import Row
 
-MOST_WORLDS = 256  # side by side; more are no faster, and their record would take more memory
+MOST_WORLDS = 512  # side by side; more are no faster, and their record would take more memory
 ROBOT_COLUMNS = ("x", "y", "theta", "v", "command", "x_e", "y_e", "theta_e")
 
 
@@ -49,13 +49,19 @@ def run_episodes(
     worlds.close()
 
 
-def check(policy: Policy, name: str, space: gymnasium.Space[Any]) -> None:
-    """Ask a policy about two blank observations.
+def try_out(config: Config, policies: Mapping[str, Policy]) -> None:
+    """Make an environment and ask each policy about two blank observations.
 
     Raises:
-        InvalidInput: the policy does not act on stacked observations, or not on these.
+        InvalidInput: the environment cannot be made, or a policy cannot act on stacked observations
+            or not on these.
     """
-    blank = np.zeros((2, *(space.shape or ())), np.float32)
+    worlds = CorridorVectorEnv(2, config)
+    for name, policy in policies.items():
+        _try_policy(policy, name, np.zeros(worlds.observation_space.shape, np.float32))
+
+
+def _try_policy(policy: Policy, name: str, blank: npt.NDArray[np.float32]) -> None:
     try:
         actions, _ = policy.predict(blank, episode_start=np.ones(2, np.bool_), deterministic=True)
     except InvalidInput:

@@ -1,4 +1,4 @@
-"""The main job: several policies over the same scenarios, in parallel, resumable.
+"""The main job: several policies over the same scenarios, on all cores, resumable.
 
 Episodes are worked off in blocks; a block's rows depend on nothing but the block, so that neither
 the number of workers nor an interruption changes a number.
@@ -26,7 +26,8 @@ from hazbot_gym.errors import HazbotError
 from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.study import provenance, records
 from hazbot_gym.study.config import StudyConfig
-from hazbot_gym.study.rollout import Block, make_env, playable, run_block
+from hazbot_gym.study.metrics import Row
+from hazbot_gym.study.rollout import Block, run_block, try_out
 from hazbot_gym.study.summary import Summary, summarise
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ def run_study(
     Args:
         study: what to run.
         out: folder of the results, new, empty or this study's own.
-        workers: number of processes; None for one a core.
+        workers: number of threads, of processes for the engine pymunk; None for one a core.
         console: where progress goes; None for nowhere.
 
     Raises:
@@ -84,14 +85,14 @@ def plan(study: StudyConfig, out: Path) -> Iterator[Shard]:
         for policy in study.policies:
             for first in range(0, study.episodes, study.episodes_per_shard):
                 count = min(study.episodes_per_shard, study.episodes - first)
-                block = Block(policy, scenarios, first, count, study.seed, study.ssm)
+                block = Block(policy, scenarios, first, count, study.seed, study.ssm, study.engine)
                 yield Shard(block, out / records.SHARDS / _file_name(block), stamps[policy])
 
 
 def rehearse(study: StudyConfig) -> dict[str, Any]:
-    """Take one decision with every policy in every set, so that bad input shows before any work.
+    """Try every policy out in every set, so that bad input shows before any work.
 
-    It also compiles the kernels once, before the workers load them from the cache.
+    For the engine pymunk it also compiles the kernels, before the workers load them from the cache.
 
     Returns:
         The resolved config of every set's environment.
@@ -99,18 +100,10 @@ def rehearse(study: StudyConfig) -> dict[str, Any]:
     Raises:
         InvalidInput: a policy or an environment cannot be made, or they do not fit each other.
     """
-    made = [make_policy(policy) for policy in study.policies]
-    resolved = {}
-    for scenarios in study.all_sets:
-        env = make_env(scenarios)
-        observation, _ = env.reset(seed=study.seed)
-        for policy in made:
-            action, _ = policy.predict(observation, deterministic=True)
-        env.step(playable(action, env))
-        config = env.unwrapped.config  # type: ignore[attr-defined]
-        resolved[scenarios.name] = config.model_dump(mode="json")
-        env.close()
-    return resolved
+    return {
+        scenarios.name: try_out(scenarios, study.policies, study.engine).model_dump(mode="json")
+        for scenarios in study.all_sets
+    }
 
 
 def manifest(study: StudyConfig, environments: dict[str, Any]) -> dict[str, Any]:
@@ -143,9 +136,26 @@ def _missing(shards: list[Shard], console: Console) -> list[Shard]:
 
 
 def _run(shards: list[Shard], *, workers: int, console: Console) -> None:
-    """Run shards in parallel processes and write each as soon as it is done."""
+    """Run shards and write each as soon as it is done."""
     if not shards:
         return
+    is_batched = shards[0].block.engine == "batched"
+    run = _run_one_by_one if is_batched else _run_in_processes
+    with _progress(console) as progress:
+        task = progress.add_task("episodes", total=sum(shard.block.episodes for shard in shards))
+        for shard, rows in run(shards, workers):
+            records.write_rows(shard.path, rows, shard.stamp)
+            progress.advance(task, shard.block.episodes)
+
+
+def _run_one_by_one(shards: list[Shard], workers: int) -> Iterator[tuple[Shard, list[Row]]]:
+    """Yield shards and their rows from this process; the engine itself uses the threads."""
+    for shard in shards:
+        yield shard, run_block(shard.block, threads=workers)
+
+
+def _run_in_processes(shards: list[Shard], workers: int) -> Iterator[tuple[Shard, list[Row]]]:
+    """Yield shards and their rows from parallel processes, in the order in which they end."""
     # Spawned processes start from nothing, the same way on every system; Ctrl-C ends them quietly.
     pool = ProcessPoolExecutor(
         min(workers, len(shards)),
@@ -154,15 +164,9 @@ def _run(shards: list[Shard], *, workers: int, console: Console) -> None:
         initargs=(signal.SIGINT, signal.SIG_DFL),
     )
     try:
-        with _progress(console) as progress:
-            task = progress.add_task(
-                "episodes", total=sum(shard.block.episodes for shard in shards)
-            )
-            running = {pool.submit(run_block, shard.block): shard for shard in shards}
-            for future in as_completed(running):
-                shard = running[future]
-                records.write_rows(shard.path, future.result(), shard.stamp)
-                progress.advance(task, shard.block.episodes)
+        running = {pool.submit(run_block, shard.block): shard for shard in shards}
+        for future in as_completed(running):
+            yield running[future], future.result()
     except BrokenProcessPool as error:
         raise HazbotError("a worker process was ended from outside; run again to go on") from error
     finally:

@@ -21,7 +21,6 @@ from hazbot_gym.envs.registration import NAMESPACE
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study.metrics import SsmThresholds
 
-
 Engine = Literal["batched", "pymunk"]  # the reference is pymunk; both give the same numbers
 
 

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import os
 import zlib
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple, get_args
 
 import gymnasium
 import numpy as np
+from gymnasium.envs.registration import EnvSpec
 
+from hazbot_gym.config import Config, make_config
 from hazbot_gym.core.state import ROBOT_RADIUS_M, Floats, Records
 from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.policies.base import make as make_policy
+from hazbot_gym.study import batch_rollout
 from hazbot_gym.study.actions import playable
-from hazbot_gym.study.config import ScenarioSet
+from hazbot_gym.study.config import Engine, ScenarioSet
 from hazbot_gym.study.episode import PERSON_COLUMNS, Episode, stack_people
 from hazbot_gym.study.metrics import Row, SsmThresholds, measure
 
@@ -29,6 +33,7 @@ class Block(NamedTuple):
     episodes: int
     seed: int
     ssm: SsmThresholds = SsmThresholds()
+    engine: Engine = "batched"
 
 
 def evaluate(
@@ -38,6 +43,7 @@ def evaluate(
     episodes: int,
     seed: int = 0,
     overrides: Mapping[str, Any] | None = None,
+    engine: str = "batched",
 ) -> list[Row]:
     """Run a policy for some episodes and return one row of metrics each.
 
@@ -48,6 +54,7 @@ def evaluate(
         seed: root of the seeds of all episodes. The same root, environment and named scenario meet
             the same episodes as in ``hazbot study``.
         overrides: config values that differ from the environment's own.
+        engine: ``batched``, or ``pymunk`` for the reference.
 
     Raises:
         InvalidInput: one of the arguments is not usable.
@@ -60,27 +67,60 @@ def evaluate(
     preset = env_id.rsplit("/", 1)[-1].rsplit("-v", 1)[0]
     name = str(changes.get("scenario") or preset)
     scenarios = ScenarioSet(name=name, env=env_id, overrides=changes)
-    return run_block(Block(policy, scenarios, first=0, episodes=episodes, seed=seed))
+    if engine not in get_args(Engine):
+        raise InvalidInput(f"engine: given {engine!r}, allowed are {', '.join(get_args(Engine))}")
+    block = Block(policy, scenarios, 0, episodes, seed, engine=engine)  # type: ignore[arg-type]
+    try_out(scenarios, [policy], block.engine)
+    return run_block(block, threads=os.cpu_count() or 1)
 
 
-def run_block(block: Block) -> list[Row]:
-    """Run a block of episodes and return their rows; depends on nothing but the block."""
+def try_out(scenarios: ScenarioSet, policies: Iterable[str], engine: Engine) -> Config:
+    """Ask each policy for an action in the environment of a set, and return the resolved config.
+
+    Raises:
+        InvalidInput: one of them cannot be made, or they do not fit each other.
+    """
+    made = {name: make_policy(name) for name in policies}
+    if engine == "batched":
+        config, _ = resolve(scenarios)
+        batch_rollout.try_out(config, made)
+        return config
+    env = make_env(scenarios)
+    observation, _ = env.reset(seed=0)
+    for policy in made.values():
+        action, _ = policy.predict(observation, deterministic=True)
+    env.step(playable(action, env.action_space))
+    return env.unwrapped.config  # type: ignore[attr-defined,no-any-return]
+
+
+def run_block(block: Block, threads: int = 1) -> list[Row]:
+    """Run a block of episodes and return their rows; depends on nothing but the block.
+
+    Args:
+        block: what to run.
+        threads: that the batched engine may use.
+    """
     policy = make_policy(block.policy)
-    env = make_env(block.scenarios)
-    rows = []
-    for index in range(block.first, block.first + block.episodes):
-        seed = episode_seed(block.seed, block.scenarios.name, index)
-        head: Row = {
+    indices = range(block.first, block.first + block.episodes)
+    seeds = [episode_seed(block.seed, block.scenarios.name, index) for index in indices]
+    if block.engine == "batched":
+        config, limit = resolve(block.scenarios)
+        runs = batch_rollout.run_episodes(config, policy, seeds, limit=limit, threads=threads)
+    else:
+        env = make_env(block.scenarios)
+        runs = (run_episode(env, policy, seed) for seed in seeds)
+    return [
+        {
             "policy": block.policy,
             "scenario_set": block.scenarios.name,
             "env": block.scenarios.env,
             "episode": index,
             "seed": seed,
+            **labels,
+            **measure(episode, block.ssm),
         }
-        episode, labels = run_episode(env, policy, seed)
-        rows.append({**head, **labels, **measure(episode, block.ssm)})
-    env.close()
-    return rows
+        for index, seed, (episode, labels) in zip(indices, seeds, runs, strict=True)
+    ]
 
 
 def run_episode(env: gymnasium.Env[Any, Any], policy: Policy, seed: int) -> tuple[Episode, Row]:
@@ -111,13 +151,30 @@ def make_env(scenarios: ScenarioSet) -> gymnasium.Env[Any, Any]:
         InvalidInput: there is no such environment, it is not one of this project's, or a config
             value is not allowed.
     """
+    return gymnasium.make(_spec(scenarios.env), **scenarios.overrides)
+
+
+def resolve(scenarios: ScenarioSet) -> tuple[Config, int]:
+    """Return the config of a set's environment, and after how many decisions an episode is cut off.
+
+    Raises:
+        InvalidInput: as for ``make_env``.
+    """
+    spec = _spec(scenarios.env)
+    values = {**spec.kwargs, **scenarios.overrides}
+    limit = values.pop("max_episode_steps", None) or spec.max_episode_steps
+    config = make_config(values.pop("config", None), **values)
+    return config, limit if limit > 0 else config.max_episode_steps  # -1: Gymnasium's "no limit"
+
+
+def _spec(env_id: str) -> EnvSpec:
     try:
-        env = gymnasium.make(scenarios.env, **scenarios.overrides)
+        spec = gymnasium.spec(env_id)
     except (gymnasium.error.Error, ModuleNotFoundError) as error:
-        raise InvalidInput(_unknown_env(scenarios.env)) from error
-    if not hasattr(env.unwrapped, "snapshot"):
-        raise InvalidInput(_unknown_env(scenarios.env))
-    return env
+        raise InvalidInput(_unknown_env(env_id)) from error
+    if spec.namespace != NAMESPACE:
+        raise InvalidInput(_unknown_env(env_id))
+    return spec
 
 
 def episode_seed(root: int, name: str, index: int) -> int:

@@ -13,6 +13,7 @@ from hazbot_gym.core.geometry import (
     clip,
     is_in_sight,
     nearest_on_segment,
+    norm,
     path_length,
     path_pose,
     route_pose,
@@ -60,6 +61,11 @@ def test_half_a_turn_is_positive(angle: float, expected: float) -> None:
 
 def test_clip_holds_a_value_between_its_bounds() -> None:
     assert [clip(value, -1.0, 2.0) for value in (-3.0, 0.5, 7.0)] == [-1.0, 0.5, 2.0]
+
+
+@given(POINTS)
+def test_norm_is_the_length_of_a_vector(point: tuple[float, float]) -> None:
+    assert norm(*point) == pytest.approx(math.hypot(*point), rel=1e-12, abs=1e-150)
 
 
 @given(POINTS, SEGMENTS)

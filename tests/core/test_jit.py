@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from hazbot_gym.core import jit
-from hazbot_gym.core.jit import kernel, scalar
+from hazbot_gym.core.jit import kernel, lean_kernel, scalar
 from hazbot_gym.core.state import Floats
 
 FORMULA = """
@@ -41,6 +41,12 @@ def wave(x: float, y: float) -> float:
 
 @kernel
 def waves(points: Floats, out: Floats) -> None:
+    for i in range(points.shape[0]):
+        out[i] = wave(points[i, 0], points[i, 1])
+
+
+@lean_kernel
+def lean_waves(points: Floats, out: Floats) -> None:
     for i in range(points.shape[0]):
         out[i] = wave(points[i, 0], points[i, 1])
 
@@ -98,6 +104,16 @@ def test_kernel_divides_by_zero_without_complaint() -> None:
     ratios(np.array([1.0, -1.0, 0.0]), np.zeros(3), out)
 
     assert out == pytest.approx([math.inf, -math.inf, math.nan], nan_ok=True)
+
+
+def test_lean_kernel_gives_the_same_results() -> None:
+    points = np.random.default_rng(0).normal(size=(20, 2))
+    plain, lean = np.empty(20), np.empty(20)
+
+    waves(points, plain)
+    lean_waves(points, lean)
+
+    assert lean.tolist() == plain.tolist()
 
 
 def test_binary_is_kept_on_disk_while_the_package_stays_the_same(toy: Toy) -> None:
