@@ -41,6 +41,7 @@ def hazbot(*arguments: str) -> Result:
         ("study --config missing.yaml", "missing.yaml"),
         ("study --episodes 0", "episodes"),
         ("study --seed -1", "seed"),
+        ("study --engine steam", "engine"),
         ("study --workers 0", "workers"),
         ("study --tracks /no/such/folder", "/no/such/folder"),
         ("study --episodes many", "--episodes"),
@@ -55,6 +56,7 @@ def hazbot(*arguments: str) -> Result:
         ("eval --policy constant --scenario E9", "E9"),
         ("eval --policy constant --episodes 0", "episodes"),
         ("eval --policy constant --seed -1", "seed"),
+        ("eval --policy constant --engine steam", "engine"),
         ("eval --policy constant --set tier=radar", "radar"),
         ("eval --policy constant --set people.cuont=3", "cuont"),
         ("eval --policy constant --set tier", "tier"),
@@ -104,6 +106,24 @@ def test_eval_prints_json_and_nothing_else(empty_folder: Path) -> None:
 def test_eval_says_the_same_twice() -> None:
     arguments = ["eval", "--policy", "constant", "--scenario", "C*", "--episodes", "1", "--json"]
     assert hazbot(*arguments).stdout == hazbot(*arguments).stdout
+
+
+def test_eval_gives_the_same_numbers_with_either_engine() -> None:
+    arguments = [
+        "eval",
+        "--policy",
+        "fuzzy_expert",
+        "--scenario",
+        "E*",
+        "--episodes",
+        "2",
+        "--json",
+    ]
+    batched, reference = (
+        json.loads(hazbot(*arguments, "--engine", engine).stdout)
+        for engine in ("batched", "pymunk")
+    )
+    assert batched["metrics"] == pytest.approx(reference["metrics"], abs=1e-6)
 
 
 def test_eval_shows_a_table_for_people() -> None:

@@ -179,7 +179,7 @@ def test_bad_file_is_one_clear_line(tmp_path: Path, content: bytes, complaint: s
 
 
 def test_config_of_another_kind_is_one_clear_line() -> None:
-    with pytest.raises(InvalidInput, match="^config: given int, allowed are a Config, a mapping"):
+    with pytest.raises(InvalidInput, match=r"^config: given int, allowed are a Config, a mapping"):
         make_config(3)  # type: ignore[arg-type]
 
 

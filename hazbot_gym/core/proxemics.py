@@ -7,11 +7,36 @@ nearest part of a robot, not its centre.
 
 from __future__ import annotations
 
+import bisect
+
 from hazbot_gym.core.geometry import clip
 from hazbot_gym.core.jit import scalar
 
-# Outer bounds of the zones [m]: Hall's 18 inches, 4 and 12 feet, rounded as he does.
-INTIMATE_M, PERSONAL_M, SOCIAL_M = 0.45, 1.20, 3.60
+# Outer bound of each phase [m]: Hall's 6, 18, 30 inches, 4, 7, 12 and 25 feet, rounded as he does.
+INTIMATE_NEAR_M, INTIMATE_M = 0.15, 0.45
+PERSONAL_NEAR_M, PERSONAL_M = 0.75, 1.20
+SOCIAL_NEAR_M, SOCIAL_M = 2.10, 3.60
+PUBLIC_NEAR_M = 7.60
+
+PHASE_BOUNDS_M = (
+    INTIMATE_NEAR_M,
+    INTIMATE_M,
+    PERSONAL_NEAR_M,
+    PERSONAL_M,
+    SOCIAL_NEAR_M,
+    SOCIAL_M,
+    PUBLIC_NEAR_M,
+)
+PHASE_NAMES = tuple(
+    f"{zone} {phase}"
+    for zone in ("intimate", "personal", "social", "public")
+    for phase in ("near", "far")
+)
+
+
+def hall_phase(clearance_m: float) -> str:
+    """Return Hall's zone and phase, such as "personal far", at a clearance [m]."""
+    return PHASE_NAMES[bisect.bisect_right(PHASE_BOUNDS_M, clearance_m)]
 
 
 @scalar

@@ -2,7 +2,7 @@
 
 What ``sim/world.py`` asks pymunk for, contacts, is answered here by ``find_contact``; everything
 else is shared line by line. ``step_world`` advances one world by one decision and allocates
-nothing; ``envs/vector.py`` runs it over all worlds in parallel.
+nothing; ``envs/batch.py`` runs it over all worlds in parallel.
 """
 
 from __future__ import annotations

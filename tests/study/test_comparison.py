@@ -22,6 +22,7 @@ STUDY = load_study(
     episodes=3,
     episodes_per_shard=2,
     resamples=100,
+    engine="pymunk",
 )
 
 
@@ -99,6 +100,20 @@ def test_neither_workers_nor_processes_change_a_byte(
     here, there = contents(tmp_path), contents(parallel)
     assert here.keys() == there.keys()
     assert {name for name in here if here[name] != there[name]} <= {records.MANIFEST}
+
+
+def test_the_batched_engine_gives_the_same_rows_on_any_number_of_threads(
+    parallel: Path, tmp_path: Path
+) -> None:
+    study = STUDY.model_copy(update={"engine": "batched"})
+    for workers in (1, 2):
+        run_study(study, tmp_path / str(workers), workers=workers)
+    one, two = (contents(tmp_path / str(workers)) for workers in (1, 2))
+    assert {name for name in one if one[name] != two[name]} == {records.MANIFEST}
+    rows, reference = (
+        pd.read_parquet(folder / records.EPISODES) for folder in (tmp_path / "1", parallel)
+    )
+    pd.testing.assert_frame_equal(rows, reference, rtol=1e-6, atol=1e-6)
 
 
 def test_a_finished_study_is_not_run_again(inline: type[InlinePool], parallel: Path) -> None:

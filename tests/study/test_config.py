@@ -33,6 +33,7 @@ def test_equal_values_are_the_same_study_and_every_change_makes_another(tmp_path
         {"seed": 1},
         {"tracks": tmp_path},
         {"ssm": {"braking_mps2": 0.5}},
+        {"engine": "pymunk"},
         {"policies": ["constant:1.0"]},
         {"sets": [ScenarioSet(name="E*", env="hazbot_gym/Circle-v0")]},
     ]
@@ -54,6 +55,7 @@ def test_equal_values_are_the_same_study_and_every_change_makes_another(tmp_path
         ({"ssm": {"brakes": 1}}, "ssm.brakes", "unknown"),
         ({"sets": [{"name": "x"}]}, "sets.0.env", "required"),
         ({"tracks": "/no/such/folder"}, "tracks: given '/no/such/folder'", "not exist"),
+        ({"engine": "steam"}, "engine: given 'steam'", "'batched' or 'pymunk'"),
         ({"confidence": 1.0}, "confidence: given 1.0", "less than 1"),
     ],
 )

@@ -43,7 +43,9 @@ def episode(**changes: object) -> Episode:
 
 def test_clearance_is_centre_distance_less_both_radii() -> None:
     np.testing.assert_allclose(distances(episode())[:, 0], [2.0, 1.95, 1.9, 1.85, 1.8])
-    np.testing.assert_allclose(clearances(episode(), distances(episode()))[:, 0], [1.5, 1.45, 1.4, 1.35, 1.3])
+    np.testing.assert_allclose(
+        clearances(episode(), distances(episode()))[:, 0], [1.5, 1.45, 1.4, 1.35, 1.3]
+    )
 
 
 def test_an_absent_person_is_infinitely_far() -> None:

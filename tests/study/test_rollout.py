@@ -2,7 +2,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import gymnasium
 import numpy as np
 import pytest
 
@@ -10,7 +9,7 @@ from hazbot_gym.core.state import PERSON
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.constant import Constant
 from hazbot_gym.study.config import DEFAULT_SETS, ScenarioSet
-from hazbot_gym.study.metrics import RADIUS, VX, X
+from hazbot_gym.study.episode import RADIUS, VX, X
 from hazbot_gym.study.rollout import (
     Block,
     _people,
@@ -18,7 +17,6 @@ from hazbot_gym.study.rollout import (
     episode_seed,
     evaluate,
     make_env,
-    playable,
     run_block,
     run_episode,
 )
@@ -67,9 +65,11 @@ def test_without_people_full_speed_takes_the_free_time() -> None:
     assert row["cross_track_max_m"] < 0.1
 
 
-def test_a_standing_robot_times_out_without_intruding_kinetically() -> None:
+@pytest.mark.parametrize("engine", ["batched", "pymunk"])
+def test_a_standing_robot_times_out_at_a_limit_set_from_outside(engine: str) -> None:
+    limit = {"max_episode_steps": 20}
     (row,) = evaluate(
-        "constant:0.0", "hazbot_gym/Corridor-v0", episodes=1, overrides={"max_episode_steps": 20}
+        "constant:0.0", "hazbot_gym/Corridor-v0", episodes=1, overrides=limit, engine=engine
     )
     assert row["timeout"] == 1
     assert row["steps"] == 20
@@ -83,10 +83,12 @@ def test_a_policy_gets_its_state_back_and_is_told_where_an_episode_starts() -> N
     assert recorder.calls[:3] == [(None, [True], True), (1, [False], True), (2, [False], True)]
 
 
-def test_rows_do_not_depend_on_how_episodes_are_cut_into_blocks() -> None:
-    whole = run_block(Block("constant:0.5", CROSSING, first=0, episodes=3, seed=5))
-    first = run_block(Block("constant:0.5", CROSSING, first=0, episodes=1, seed=5))
-    rest = run_block(Block("constant:0.5", CROSSING, first=1, episodes=2, seed=5))
+@pytest.mark.parametrize("engine", ["batched", "pymunk"])
+def test_rows_do_not_depend_on_how_episodes_are_cut_into_blocks(engine: Any) -> None:
+    block = Block("constant:0.5", CROSSING, first=0, episodes=3, seed=5, engine=engine)
+    whole = run_block(block, threads=2)
+    first = run_block(block._replace(episodes=1))
+    rest = run_block(block._replace(first=1, episodes=2))
     np.testing.assert_equal(first + rest, whole)
 
 
@@ -119,20 +121,14 @@ def test_every_episode_of_every_set_has_a_seed_of_its_own() -> None:
     assert episode_seed(0, "E*", 3) == episode_seed(0, "E*", 3)
 
 
-@pytest.mark.parametrize(("speed", "level"), [(-1, 0), (-0.6, 1), (0.1, 2), (0.9, 4), (1, 4)])
-def test_a_speed_becomes_the_nearest_level_where_there_are_levels(speed: float, level: int) -> None:
-    env = gymnasium.make("CartPole-v1")
-    env.action_space = gymnasium.spaces.Discrete(5)
-    assert playable(np.array([speed], dtype=np.float32), env) == level
-    assert playable(np.array([level]), env) == level
-
-
-def test_levels_are_played_where_an_environment_has_them() -> None:
+@pytest.mark.parametrize("engine", ["batched", "pymunk"])
+def test_levels_are_played_where_an_environment_has_them(engine: str) -> None:
     (row,) = evaluate(
         "constant:0.5",
         "hazbot_gym/Corridor-v0",
         episodes=1,
         overrides={"action_type": "discrete", "people": {"count": [0, 0]}},
+        engine=engine,
     )
     assert row["time_ratio"] == pytest.approx(2.0, abs=0.1)
 
@@ -159,6 +155,11 @@ def test_an_environment_that_is_not_ours_is_refused_with_those_that_are(env_id: 
 
 def test_all_environments_of_the_default_study_exist() -> None:
     assert {scenarios.env for scenarios in DEFAULT_SETS} <= set(environment_ids())
+
+
+def test_an_engine_that_is_none_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="engine: given 'steam', allowed are batched, pymunk"):
+        evaluate("constant", "hazbot_gym/Corridor-v0", episodes=1, engine="steam")
 
 
 @pytest.mark.parametrize(("episodes", "seed"), [(0, 0), (1, -1)])
