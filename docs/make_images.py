@@ -1,4 +1,4 @@
-"""Make the pictures of README and docs: ``python docs/make_images.py`` (needs the extra ``render``)."""
+"""Make the pictures of README and docs: ``python docs/make_images.py``."""
 
 from __future__ import annotations
 

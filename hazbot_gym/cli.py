@@ -133,11 +133,12 @@ def bench(
 ) -> None:
     """Measure steps per second, beside Gymnasium's CartPole-v1 in the same run."""
     from hazbot_gym.study import bench as benchmark
+    from hazbot_gym.study import bench_report
 
     if json_file is not None and not json_file.absolute().parent.is_dir():
         raise InvalidInput(f"json: given {str(json_file)!r}, whose folder does not exist")
     result = benchmark.bench(benchmark.QUICK if quick else benchmark.FULL)
-    _console().print(benchmark.table(result))
+    _console().print(bench_report.table(result))
     if json_file is not None:
         json_file.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
 

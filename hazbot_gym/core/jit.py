@@ -22,7 +22,11 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.extending import register_jitable
 
+from hazbot_gym.core import notice
+
 Function = TypeVar("Function", bound=Callable[..., Any])
+
+notice.install()
 
 
 def scalar(function: Function) -> Function:

@@ -16,6 +16,7 @@ from gymnasium.vector import AutoresetMode
 
 from hazbot_gym.envs.vector import CorridorVectorEnv
 from hazbot_gym.errors import InvalidInput, MissingExtra
+from hazbot_gym.task.reward import TERMS
 
 try:
     from stable_baselines3.common.vec_env import VecEnv
@@ -49,7 +50,7 @@ class CorridorVecEnv(VecEnv):
         """Start new episodes in all worlds; a seed is used once."""
         observations, info = self.worlds.reset(seed=self._seed_next)
         self._seed_next = None
-        self.reset_infos = [{"scenario_key": int(key)} for key in info["scenario_key"]]
+        self.reset_infos = [_reset_info(info, i) for i in range(self.num_envs)]
         return observations
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
@@ -64,16 +65,18 @@ class CorridorVecEnv(VecEnv):
     def step_wait(self) -> tuple[npt.NDArray[np.float32], Any, Any, list[dict[str, Any]]]:
         """Take one decision in every world."""
         observations, rewards, terminated, truncated, info = self.worlds.step(self._actions)
-        terms, costs = info["reward_terms"], info["cost"]
-        infos: list[dict[str, Any]] = [{"cost": cost} for cost in costs.tolist()]
         ended = terminated | truncated
+        infos: list[dict[str, Any]] = [{"cost": cost} for cost in info["cost"].tolist()]
         for i in np.flatnonzero(ended):
-            infos[i].update(
-                terminal_observation=info["final_obs"][i],
-                outcome=info["final_info"]["outcome"][i],
-                reward_terms={name: float(values[i]) for name, values in terms.items()},
-                **{"TimeLimit.truncated": bool(truncated[i])},
-            )
+            last = info["final_info"]
+            infos[i] = {
+                "cost": float(last["cost"][i]),
+                "terminal_observation": info["final_obs"][i],
+                "outcome": last["outcome"][i],
+                "reward_terms": {name: float(last["reward_terms"][name][i]) for name in TERMS},
+                "TimeLimit.truncated": bool(truncated[i]),
+            }
+            self.reset_infos[i] = _reset_info(info, i)
         return observations, rewards.astype(np.float32), ended, infos
 
     def close(self) -> None:
@@ -95,3 +98,11 @@ class CorridorVecEnv(VecEnv):
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
         """Tell that no world is wrapped."""
         return [False for _ in self._get_indices(indices)]
+
+
+def _reset_info(info: dict[str, Any], i: int) -> dict[str, Any]:
+    return {
+        "scenario_key": int(info["scenario_key"][i]),
+        "place": info["place"][i],
+        "time_free_s": float(info["time_free_s"][i]),
+    }

@@ -8,12 +8,11 @@ engines together.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import gymnasium
 import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import AutoresetMode, VectorEnv
@@ -22,25 +21,26 @@ from gymnasium.vector.utils import batch_space
 from hazbot_gym.config import Config, make_config
 from hazbot_gym.core.state import PERSON, Floats, Records, as_record, records
 from hazbot_gym.envs.batch import Bools, Episodes, Observations, Outputs, Problem, run_worlds
-from hazbot_gym.envs.corridor import SPEED_LEVELS, spaces_of
+from hazbot_gym.envs.batch_info import decision_info, end_info, final_info, masked
+from hazbot_gym.envs.batch_input import (
+    Seeds,
+    autoreset_mode_of,
+    commands_of,
+    count_of,
+    generator_of,
+    mask_of,
+    reset_mask_of,
+    seeds_of,
+)
+from hazbot_gym.envs.corridor import spaces_of
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.batch import allocate, mechanics
 from hazbot_gym.sim.drive import free_time_s
 from hazbot_gym.sim.perception import sensor_parameters, tracker_of
 from hazbot_gym.task.observation import LAYOUTS
-from hazbot_gym.task.outcome import (
-    BY_ROBOT,
-    CAUSE_NAMES,
-    CONTACT_PERSON,
-    CONTACT_WALL,
-    DECISION,
-    OUTCOME_NAMES,
-    RUNNING,
-    TIMEOUT,
-    Rules,
-)
+from hazbot_gym.task.outcome import DECISION, RUNNING, TIMEOUT, Rules
 from hazbot_gym.task.place_table import place_at
-from hazbot_gym.task.reward import CONTACT, INTRUSION, TERMS
+from hazbot_gym.task.reward import TERMS
 from hazbot_gym.task.scenario import Source
 
 BLOCKS_PER_THREAD, SMALLEST_BLOCK = 4, 32  # blocks of worlds, so that threads end together
@@ -90,7 +90,8 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             config: As for ``CorridorEnv``, like preset, scenario and overrides.
             preset: Deltas of a registered environment.
             scenario: A named scenario.
-            max_episode_steps: Decisions allowed; the config's if None.
+            max_episode_steps: Decisions allowed, at most the config's if one is given; the
+                config's if None. ``make_vec`` passes the registered horizon.
             autoreset_mode: What follows the end of an episode.
             render_mode: None; there is no picture of a batch.
             threads: How many to use, one for each core if None; no result depends on it.
@@ -99,22 +100,23 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         Raises:
             InvalidInput: A value cannot be used; one line says which and what is allowed.
         """
-        if num_envs < 1:
-            raise InvalidInput(f"num_envs: given {num_envs}, allowed is at least 1")
+        self.num_envs = count_of(num_envs, "num_envs")
+        cores = os.cpu_count() or 1
+        self._thread_count = count_of(cores if threads is None else threads, "threads")
         if render_mode is not None:
             raise InvalidInput(f"render_mode: given {render_mode!r}, allowed here is None")
-        if max_episode_steps is not None:
-            overrides["max_episode_steps"] = max_episode_steps
         self.config = make_config(config, preset=preset, scenario=scenario, **overrides)
-        self.num_envs, self.render_mode = num_envs, render_mode
-        self.autoreset_mode = _autoreset_mode(autoreset_mode)
+        if max_episode_steps is not None:
+            if config is not None:
+                max_episode_steps = min(max_episode_steps, self.config.max_episode_steps)
+            self.config = make_config(self.config, max_episode_steps=max_episode_steps)
+        self.render_mode = render_mode
+        self.autoreset_mode = autoreset_mode_of(autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
         self.single_observation_space, self.single_action_space = spaces_of(self.config)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._weights = np.array(self.config.reward)
-        self._free_times_s: dict[int, float] = {}
-        self._thread_count = threads or os.cpu_count() or 1
         self._threads: ThreadPoolExecutor | None = None
         self._generators: list[np.random.Generator] = []
         self._allocate()
@@ -123,6 +125,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         config, n = self.config, self.num_envs
         source = Source(config)
         self._place_names = np.array(source.names, object)
+        self._free_times_s = np.full(len(source.names), np.nan)  # filled in where needed
         self._problem = Problem(
             table=source.table,
             mechanics=mechanics(config),
@@ -153,21 +156,15 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
     # --- Gymnasium's interface -------------------------------------------------------------------
 
     def reset(
-        self,
-        *,
-        seed: int | Sequence[int | None] | None = None,
-        options: dict[str, Any] | None = None,
+        self, *, seed: Seeds = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
         """Start new episodes: everywhere, or where ``options={"reset_mask": (N,) bool}`` says."""
-        mask = self._mask(options)
-        self._seed(seed, mask)
+        mask, seeds = reset_mask_of(options, self.num_envs), seeds_of(seed, self.num_envs)
+        self._seed(seeds, mask)
         self._refill(mask & (self._episodes.used >= KEYS_AHEAD))
         self._episodes.is_over[mask] = True
         self._run(mask, np.zeros(self.num_envs))
-        info = self._info()
-        info["scenario_key"] = self._worlds.keys.copy()
-        info["_scenario_key"] = mask
-        return self._outputs.observations.copy(), info
+        return self._outputs.observations.copy(), self._info(told=mask, reset=mask)
 
     def step(
         self, actions: Any, *, mask: Bools | None = None
@@ -179,21 +176,25 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             mask: (N,) which worlds go on; the others stay, and what they returned last is returned
                 again. None for all.
         """
-        mask = np.ones(self.num_envs, np.bool_) if mask is None else mask
-        over = np.flatnonzero(self._episodes.is_over & mask)
-        if self.autoreset_mode == AutoresetMode.DISABLED and len(over):
-            raise InvalidInput(
-                f"step: the episodes of {len(over)} worlds are over (the first is {over[0]}), "
-                "call reset with options={'reset_mask': ...}"
-            )
-        commands = self._commands(actions)
+        everyone = np.ones(self.num_envs, np.bool_)
+        mask = everyone if mask is None else mask_of(mask, self.num_envs, "mask")
+        due = self._episodes.is_over & mask
+        self._may_step(due)
+        commands = commands_of(actions, self.num_envs, self.config)
         self._refill(self._episodes.used >= KEYS_AHEAD)
         self._run(mask, commands)
         outcome = self._outputs.decisions["outcome"]
-        truncated = outcome == TIMEOUT
-        terminated = (outcome != RUNNING) & ~truncated
+        ended, truncated = outcome != RUNNING, outcome == TIMEOUT
+        is_same_step = self.autoreset_mode == AutoresetMode.SAME_STEP
+        info = self._info(told=everyone, reset=ended if is_same_step else due)
+        if ended.any():
+            decision_s = self.config.clock.decision_s
+            if is_same_step:
+                info.update(final_info(self._outputs, decision_s, ended))
+            else:
+                info.update(end_info(self._outputs, ended))
         rewards = self._outputs.terms @ self._weights
-        return self._outputs.observations.copy(), rewards, terminated, truncated, self._info()
+        return self._outputs.observations.copy(), rewards, ended & ~truncated, truncated, info
 
     def state(self) -> State:
         """Return the true state of all worlds, for metrics."""
@@ -206,7 +207,8 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
 
     def free_times_s(self) -> Floats:
         """Return how long each world's path takes alone at full speed (N,) [s]."""
-        for i in set(self._episodes.places.tolist()) - self._free_times_s.keys():
+        places = self._episodes.places
+        for i in np.unique(places[np.isnan(self._free_times_s[places])]):
             self._free_times_s[i] = free_time_s(
                 place_at(self._problem.table.places, i).path,
                 self._problem.mechanics.drive,
@@ -214,7 +216,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
                 self._problem.start_speed_mps,
                 self.config.arrival_tolerance_m,
             )
-        return np.array([self._free_times_s[i] for i in self._episodes.places.tolist()])
+        return self._free_times_s[places]
 
     def close_extras(self, **kwargs: Any) -> None:
         """Stop the threads; closing twice does no harm."""
@@ -252,53 +254,24 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         for job in [self._threads.submit(run_worlds, *block, *arguments) for block in blocks]:
             job.result()
 
-    def _commands(self, actions: Any) -> Floats:
-        """Return the commanded speeds (N,) [m/s] of actions, after checking them."""
-        nominal, values = self.config.drive.nominal_speed_mps, np.asarray(actions)
-        if self.config.action_type == "discrete":
-            levels = len(SPEED_LEVELS)
-            if values.shape != (self.num_envs,) or not np.all((values >= 0) & (values < levels)):
-                raise InvalidInput(
-                    f"actions: given shape {values.shape}, allowed are {self.num_envs} "
-                    f"integers 0 to {levels - 1}"
-                )
-            return nominal * np.array(SPEED_LEVELS)[values]
-        if values.shape != (self.num_envs, 1):
+    def _may_step(self, due: Bools) -> None:
+        """Refuse to step before the first reset, and without autoreset where a reset is due."""
+        if not self._generators:
+            raise InvalidInput("step: no episode has begun, call reset first")
+        if self.autoreset_mode == AutoresetMode.DISABLED and due.any():
             raise InvalidInput(
-                f"actions: given shape {values.shape}, allowed is ({self.num_envs}, 1)"
+                f"step: the episodes of {due.sum()} worlds are over (the first is {due.argmax()}), "
+                "call reset with options={'reset_mask': ...}"
             )
-        values = values[:, 0].astype(np.float64)
-        if not np.all((values >= -1.0) & (values <= 1.0)):  # also catches NaN
-            worst = values[~((values >= -1.0) & (values <= 1.0))][0]
-            raise InvalidInput(f"actions: given {worst}, allowed is -1 <= action <= 1")
-        return nominal * 0.5 * (values + 1.0)
 
-    def _mask(self, options: dict[str, Any] | None) -> Bools:
-        unknown = set(options or {}) - {"reset_mask"}
-        if unknown:
-            raise InvalidInput(
-                f"reset options: given {', '.join(sorted(unknown))}, allowed is reset_mask"
-            )
-        mask = (options or {}).get("reset_mask", np.ones(self.num_envs, np.bool_))
-        if not isinstance(mask, np.ndarray) or mask.shape != (self.num_envs,) or mask.dtype != bool:
-            raise InvalidInput(
-                f"reset_mask: allowed is a boolean array of shape ({self.num_envs},)"
-            )
-        return mask
-
-    def _seed(self, seed: int | Sequence[int | None] | None, mask: Bools) -> None:
+    def _seed(self, seeds: list[int | None], mask: Bools) -> None:
         """Give generators to the worlds that are seeded, and to all that have none."""
-        if isinstance(seed, int | np.integer):
-            seed = [int(seed) + i for i in range(self.num_envs)]
-        seeds = [None] * self.num_envs if seed is None else list(seed)
-        if len(seeds) != self.num_envs:
-            raise InvalidInput(f"seed: given {len(seeds)} seeds for {self.num_envs} worlds")
-        is_first = not self._generators
-        if is_first:
-            self._generators = [np.random.default_rng(0)] * self.num_envs
+        if not self._generators:
+            self._generators = [generator_of(value) for value in seeds]
+            return
         for i, value in enumerate(seeds):
-            if is_first or (mask[i] and value is not None):
-                self._generators[i] = gymnasium.utils.seeding.np_random(value)[0]
+            if mask[i] and value is not None:
+                self._generators[i] = generator_of(value)
                 self._episodes.used[i] = KEYS_AHEAD
 
     def _refill(self, mask: Bools) -> None:
@@ -309,46 +282,18 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             self._episodes.keys[i] = [generator.integers(2**63) for _ in range(KEYS_AHEAD)]
             self._episodes.used[i] = 0
 
-    def _info(self) -> dict[str, Any]:
-        everyone = np.ones(self.num_envs, np.bool_)
-        terms, decisions = self._outputs.terms, self._outputs.decisions
-        at_fault = (terms[:, CONTACT] > 0.0) & (decisions["cause"] == BY_ROBOT)
-        info: dict[str, Any] = {
-            "time_s": np.round(self._outputs.steps * self.config.clock.decision_s, 9),
-            "_time_s": everyone,
-            "reward_terms": {name: terms[:, k].copy() for k, name in enumerate(TERMS)},
-            "_reward_terms": everyone,
-            "cost": terms[:, INTRUSION] + at_fault,
-            "_cost": everyone,
-        }
-        ended = decisions["outcome"] != RUNNING
-        if ended.any():
-            self._add_ends(info, ended)
+    def _info(self, *, told: Bools, reset: Bools) -> dict[str, Any]:
+        """Return what the worlds tell after a step or a reset; some have been reset by it."""
+        info = decision_info(self._outputs, self.config.clock.decision_s, told=told, reset=reset)
+        if reset.any():
+            new = masked(
+                reset,
+                scenario_key=np.where(reset, self._worlds.keys.astype(np.int64), 0),
+                place=np.where(reset, self.places(), None),
+                time_free_s=np.where(reset, self.free_times_s(), 0.0),
+            )
+            info.update(new)
         return info
-
-    def _add_ends(self, info: dict[str, Any], ended: Bools) -> None:
-        """Add how episodes ended, where they did."""
-        decisions = self._outputs.decisions
-        touched = ended & np.isin(decisions["outcome"], (CONTACT_PERSON, CONTACT_WALL))
-        ends = {
-            "outcome": np.where(ended, np.array(OUTCOME_NAMES, object)[decisions["outcome"]], None),
-            "_outcome": ended,
-            "contact_caused_by": np.where(
-                touched, np.array(CAUSE_NAMES, object)[decisions["cause"]], None
-            ),
-            "_contact_caused_by": touched,
-            "contact_speed_mps": np.where(touched, decisions["speed_mps"], 0.0),
-            "_contact_speed_mps": touched,
-        }
-        if self.autoreset_mode != AutoresetMode.SAME_STEP:
-            info.update(ends)
-            return
-        final = np.full(self.num_envs, None, object)
-        for i in np.flatnonzero(ended):
-            final[i] = self._outputs.final_observations[i].copy()
-        info.update(
-            final_obs=final, _final_obs=ended, final_info={**info, **ends}, _final_info=ended
-        )
 
 
 def _blocks(worlds: int, threads: int) -> list[tuple[int, int]]:
@@ -357,11 +302,3 @@ def _blocks(worlds: int, threads: int) -> list[tuple[int, int]]:
         return [(0, worlds)]
     size = max(-(-worlds // (BLOCKS_PER_THREAD * threads)), SMALLEST_BLOCK)
     return [(first, min(first + size, worlds)) for first in range(0, worlds, size)]
-
-
-def _autoreset_mode(given: AutoresetMode | str) -> AutoresetMode:
-    try:
-        return AutoresetMode(given) if not isinstance(given, AutoresetMode) else given
-    except ValueError as error:
-        allowed = ", ".join(mode.value for mode in AutoresetMode)
-        raise InvalidInput(f"autoreset_mode: given {given!r}, allowed are {allowed}") from error

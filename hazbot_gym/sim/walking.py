@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from hazbot_gym.core.geometry import is_in_sight, nearest_on_segment, norm, route_pose
+from hazbot_gym.core.geometry import nearest_on_segment, norm, route_pose
 from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.noise import CROWD, normal_pair, uniform4
 from hazbot_gym.core.proxemics import PERSONAL_M
@@ -59,14 +59,9 @@ def lane_point(routes: Floats, person: Record, s: float) -> tuple[float, float]:
 
 
 @scalar
-def walking_direction(me: Record, place: Place) -> tuple[float, float]:
-    """Return the unit vector e to the point of its lane that a walker aims at.
-
-    That is ahead on the lane; who has been pushed round a corner, out of its sight, walks back.
-    """
-    x, y = lane_point(place.routes, me, me.s + LOOK_AHEAD_M)
-    if not is_in_sight(me.x, me.y, x, y, place.walls):
-        x, y = lane_point(place.routes, me, me.s)
+def walking_direction(me: Record, routes: Floats) -> tuple[float, float]:
+    """Return the unit vector e to the point ahead on its lane that a walker aims at."""
+    x, y = lane_point(routes, me, me.s + LOOK_AHEAD_M)
     distance = max(norm(x - me.x, y - me.y), 1e-6)
     return (x - me.x) / distance, (y - me.y) / distance
 
@@ -182,7 +177,7 @@ def walk(
 ) -> None:  # fmt: skip
     """Set the next velocity of social-force walker i; ``people.social_step`` has the arguments."""
     me = people[i]
-    ex, ey = walking_direction(me, place)
+    ex, ey = walking_direction(me, place.routes)
     gx, gy = goal_force(me.vx, me.vy, ex, ey, me.desired_speed, force.relaxation_time_s)
     px, py = _people_push(people, i, ex, ey, force)
     wx, wy = _wall_push(me, place.walls, force)

@@ -22,6 +22,7 @@ from hazbot_gym.policies.base import Policy
 from hazbot_gym.study.actions import levels_of
 from hazbot_gym.study.episode import PERSON_COLUMNS, Episode, stack_people
 from hazbot_gym.study.metrics import Row
+from hazbot_gym.task.reward import TERMS
 
 MOST_WORLDS = 512  # side by side; more are no faster, and their record would take more memory
 ROBOT_COLUMNS = ("x", "y", "theta", "v", "command", "x_e", "y_e", "theta_e")
@@ -139,8 +140,9 @@ class _Log:
         """Note a decision that all live worlds have taken, and which of them are over by it."""
         t = len(self._people) - 1
         self._rewards[t], self._costs[t], self._info = rewards, info["cost"], info
-        for name, values in info["reward_terms"].items():
-            self._terms.setdefault(name, np.empty_like(self._rewards))[t] = values
+        for name in TERMS:
+            terms = self._terms.setdefault(name, np.empty_like(self._rewards))
+            terms[t] = info["reward_terms"][name]
         self._note_state(t + 1, state)
         self._steps[self.live] += 1
         self.live &= ~(terminated | truncated) & (self._steps < self._limit)

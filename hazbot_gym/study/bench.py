@@ -1,108 +1,126 @@
-"""How fast the environment steps, measured beside Gymnasium's CartPole-v1 in the same run.
+"""How fast everything is, measured beside Gymnasium's CartPole-v1 in the same run.
 
-A speed by itself says little about code and much about the machine, so what counts is the ratio.
-The two are measured in turns, so that another load on the machine meets both.
+A speed by itself says little about code and much about the machine, so what counts are ratios. All
+cases are measured in turns, one after the other, so that another load on the machine meets all.
 """
 
 from __future__ import annotations
 
+import os
 import statistics
 import time
 from typing import Any, NamedTuple
 
-import gymnasium
-import numpy as np
-from rich.console import Group
-from rich.table import Table
+from hazbot_gym.study import bench_once, provenance
+from hazbot_gym.study.bench_cases import CARTPOLE, CORRIDOR, WITH, Case, batched, make_cases
 
-from hazbot_gym.study import provenance
-
-CARTPOLE = "CartPole-v1"
-CORRIDOR = "hazbot_gym/Corridor-v0"
-WHAT = "4 social-force people, ultrasonic ranges, people tracker, fuzzy-PID wheel loops"
-OVERRIDES: dict[str, Any] = {"people": {"model": "social_force", "count": [4, 4]}}
+Record = dict[str, Any]
 
 
 class Effort(NamedTuple):
-    """How long to measure: number of turns, and steps of each environment in a turn."""
+    """How long to measure."""
 
     turns: int
-    corridor_steps: int
-    cartpole_steps: int
+    turn_s: float  # of one case in one turn [s]
+    spread: int  # steps by which worlds of a batch are ahead of each other
+    episodes: int  # of the evaluation
+    evaluations: int
+    memory_steps: int
+    is_compiling: bool  # whether to compile everything anew
 
 
-FULL = Effort(turns=9, corridor_steps=4_000, cartpole_steps=20_000)
-QUICK = Effort(turns=3, corridor_steps=500, cartpole_steps=2_000)
+FULL = Effort(9, 0.5, spread=300, episodes=1000, evaluations=3, memory_steps=300, is_compiling=True)
+QUICK = Effort(3, 0.1, spread=30, episodes=100, evaluations=1, memory_steps=30, is_compiling=False)
 
 
-def bench(effort: Effort = FULL) -> dict[str, Any]:
-    """Measure steps per second of both environments, and return medians, spread and ratio."""
-    corridor = Stepper(gymnasium.make(CORRIDOR, **OVERRIDES))
-    cartpole = Stepper(gymnasium.make(CARTPOLE))
-    for stepper in (corridor, cartpole):
-        stepper.run(200)  # compiles or loads kernels
-    turns = [
-        (corridor.rate(effort.corridor_steps), cartpole.rate(effort.cartpole_steps))
-        for _ in range(effort.turns)
-    ]
-    ours, theirs = zip(*turns, strict=True)
+def bench(effort: Effort = FULL) -> Record:
+    """Measure everything, and return medians and spreads, ratios and the machine."""
+    load = os.getloadavg()[0]
+    cases, notes = make_cases(effort.spread)
+    rates = measure(cases, effort)
+    rows = {name: _row(rates[name], rates[CARTPOLE]) for name in cases}
+    measured = {
+        "compile": bench_once.compile_times(effort.is_compiling, effort.evaluations),
+        "memory": bench_once.memory(1024, 4, effort.memory_steps),
+        "evaluation": bench_once.evaluation(effort.episodes, effort.evaluations),
+    }
     return {
-        CORRIDOR: _rates(ours, effort.corridor_steps) | {"with": WHAT},
-        CARTPOLE: _rates(theirs, effort.cartpole_steps),
-        "ratio": statistics.median(a / b for a, b in turns),
-        "what": "gymnasium.make, random actions, resets included, one process",
+        CORRIDOR: {**rows.pop(CORRIDOR), "with": f"4 {WITH}"},
+        CARTPOLE: rows.pop(CARTPOLE),
+        "ratio": ratio(rates, CORRIDOR, CARTPOLE),
+        "cases": rows,
+        **measured,
+        "goals": goals(rates, measured),
+        "what": "random actions, resets included; the batched engine uses all cores",
+        "turns": effort.turns,
+        "notes": notes,
+        "load_before": load,
         "machine": provenance.machine(),
     }
 
 
-def table(result: dict[str, Any]) -> Group:
-    """Return what ``bench`` measured as a table, and below it what exactly was measured."""
-    turns = result[CORRIDOR]["turns"]
-    shown = Table(box=None, pad_edge=False)
-    shown.add_column(f"median (quartiles) of {turns} turns")
-    shown.add_column("steps/s", justify="right")
-    for name in (CORRIDOR, CARTPOLE):
-        median, (low, high) = result[name]["steps_per_s"], result[name]["steps_per_s_quartiles"]
-        shown.add_row(name, f"{median:,.0f} ({low:,.0f} to {high:,.0f})")
-    shown.add_row("ratio", f"{result['ratio']:.3f}")
-    machine = result["machine"]
-    return Group(
-        shown,
-        f"{CORRIDOR} with {WHAT}",
-        result["what"],
-        f"{machine['processor']}, {machine['cores']} cores, Python {machine['python']}",
-    )
+def measure(cases: dict[str, Case], effort: Effort) -> dict[str, list[float]]:
+    """Return the steps per second of every case in every turn."""
+    calls = {name: calls_for(case, effort.turn_s) for name, case in cases.items()}
+    rates: dict[str, list[float]] = {name: [] for name in cases}
+    for _ in range(effort.turns):
+        for name, case in cases.items():
+            rates[name].append(case.size * calls[name] / seconds(case, calls[name]))
+    return rates
 
 
-class Stepper:
-    """Steps an environment with random actions drawn beforehand, and resets it where it ends."""
-
-    def __init__(self, env: gymnasium.Env[Any, Any], seed: int = 0) -> None:
-        self.env = env
-        env.action_space.seed(seed)
-        self.actions = [env.action_space.sample() for _ in range(1000)]
-        env.reset(seed=seed)
-
-    def run(self, steps: int) -> None:
-        """Take a number of steps, going on from where the last run stopped."""
-        step, reset, actions = self.env.step, self.env.reset, self.actions
-        for k in range(steps):
-            _, _, terminated, truncated, _ = step(actions[k % 1000])
-            if terminated or truncated:
-                reset()
-
-    def rate(self, steps: int) -> float:
-        """Return steps per second over a number of steps."""
-        start = time.perf_counter()
-        self.run(steps)
-        return steps / (time.perf_counter() - start)
+def calls_for(case: Case, turn_s: float) -> int:
+    """Return how many calls take about a turn's time."""
+    case.run(1)  # compiles or loads kernels
+    calls = 1
+    while (taken := seconds(case, calls)) < 0.2 * turn_s:
+        calls *= 4
+    return max(1, round(calls * turn_s / taken))
 
 
-def _rates(rates: tuple[float, ...], steps: int) -> dict[str, Any]:
-    quartiles = np.percentile(rates, [25, 50, 75])
+def seconds(case: Case, calls: int) -> float:
+    """Return how long some calls take [s]."""
+    start = time.perf_counter()
+    case.run(calls)
+    return time.perf_counter() - start
+
+
+def ratio(rates: dict[str, list[float]], name: str, other: str) -> float:
+    """Return how many times as fast one case is as another, the median over the turns."""
+    return statistics.median(a / b for a, b in zip(rates[name], rates[other], strict=True))
+
+
+def goals(rates: dict[str, list[float]], measured: Record) -> Record:
+    """Return what was to be reached, with its limit and what was measured."""
+    many = batched(1024, 4)
+    found = {
+        f"{many}, to {CARTPOLE}": ("at least", 9.0, ratio(rates, many, CARTPOLE)),
+        f"{many}, to {CORRIDOR}": ("at least", 60.0, ratio(rates, many, CORRIDOR)),
+        "batched, 1024 worlds, cost of 10 people to 0": (
+            "at most",
+            5.0,
+            ratio(rates, batched(1024, 0), batched(1024, 10)),
+        ),
+        "batched, 4 people, 8192 worlds to 1024": (
+            "at least",
+            1.0,
+            ratio(rates, batched(8192, 4), many),
+        ),
+        "memory, kB a world": ("at most", 16.0, measured["memory"]["bytes_a_world"] / 1000.0),
+        "first episodes, cached, s": ("at most", 2.0, measured["compile"]["batched"]["cached_s"]),
+    }
+    if "cold_s" in measured["compile"]["batched"]:
+        cold_s = measured["compile"]["batched"]["cold_s"]
+        found["first episodes, compiling, s"] = ("at most", 40.0, cold_s)
+    episodes = measured["evaluation"]["episodes"]
+    thousand_s = measured["evaluation"]["seconds"] * 1000 / episodes
+    found["evaluation, 1000 episodes, s"] = ("at most", 5.0, thousand_s)
+    return {name: {side: limit, "measured": value} for name, (side, limit, value) in found.items()}
+
+
+def _row(rates: list[float], cartpole: list[float]) -> Record:
     return {
-        "steps_per_s": float(quartiles[1]),
-        "steps_per_s_quartiles": [float(quartiles[0]), float(quartiles[2])],
+        **bench_once.spread_of(rates, "steps_per_s"),
         "turns": len(rates),
-        "steps_a_turn": steps,
+        "to_cartpole": statistics.median(a / b for a, b in zip(rates, cartpole, strict=True)),
     }

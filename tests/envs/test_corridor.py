@@ -174,6 +174,14 @@ def test_time_runs_out_at_the_horizon(horizon: int) -> None:
     assert steps[-1].info["outcome"] == "timeout"
 
 
+def test_a_shorter_limit_of_gymnasium_truncates_from_outside() -> None:
+    env = gymnasium.make(IDS[0], max_episode_steps=7)
+    env.reset(seed=0)
+    steps = [Step(env.step(np.float32(STOP))) for _ in range(7)]
+    assert [step.truncated for step in steps] == [False] * 6 + [True]
+    assert "outcome" not in steps[-1].info
+
+
 def test_an_episode_that_is_over_takes_no_more_steps() -> None:
     env = make()
     with pytest.raises(InvalidInput, match="reset"):

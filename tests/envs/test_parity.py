@@ -246,11 +246,13 @@ RICH = make_config(
     people={
         "count": [3, 5],
         "reaction_shares": [0.3, 0.3, 0.2, 0.2],
-        "reactions": 4 * [{"gain": 1.0, "range_m": 2.0, "attraction_mps2": 0.2}],
+        "reactions": [
+            {"gain": gain, "range_m": 2.0, "attraction_mps2": 0.2} for gain in (0.5, 1.0, 1.5, 2.0)
+        ],
     },
     drive={"plant": {"T2": 0.02, "u_max": 8.0}, "reflex_stop_m": 0.5},
     sensors={
-        "ultrasonic": {"cross_talk": 0.1, "range_m": 2.0, "miss_angle_rad": 0.7},
+        "ultrasonic": {"cross_talk": 0.1, "range_m": 3.0, "miss_angle_rad": 1.05},
         "tracker": {"dropout": 0.1, "latency_steps": 1, "moving_mps": 1.2},
     },
 )
@@ -271,7 +273,8 @@ HANDFUL = [
 ]
 # The castor moves nothing, and the periods of the clock must divide each other.
 LEFT_OUT = ("drive.chassis.L1", "drive.chassis.L2", "drive.chassis.L3", "clock.")
-SHARES = ("people.mix", "people.reaction_shares")  # a hundredth of them would need many worlds
+# A hundredth of these shows in one world of many only; they are changed by half.
+COARSE = ("people.mix", "people.reaction_shares", "arrival_tolerance_m")
 
 
 def parts(value: Any) -> dict[str, Any]:
@@ -346,12 +349,12 @@ def test_a_hundredth_in_the_reference_engine_is_noticed(leaf: str, story: Story)
 
 @pytest.mark.slow
 def test_a_hundredth_of_any_constant_is_noticed() -> None:
-    scripted = RICH.people.model_copy(update={"model": "scripted"})  # they walk into the robot
-    stories = [tell(24, RICH), tell(24, RICH.model_copy(update={"people": scripted}))]
+    scripted = RICH.people.model_copy(update={"model": "scripted"})
+    bumping = RICH.model_copy(update={"place": "doorway", "people": scripted})
     unnoticed = [leaf for leaf in leaves(RICH) if not leaf.startswith(LEFT_OUT)]
-    for story in stories:
-        step = {leaf: 0.5 if leaf.startswith(SHARES) else 0.01 for leaf in unnoticed}
-        unnoticed = [leaf for leaf in unnoticed if strays(story, leaf, step[leaf]) <= TOLERANCE]
+    for story in (tell(24, RICH), tell(24, bumping)):
+        shares = {leaf: 0.5 if leaf.startswith(COARSE) else 0.01 for leaf in unnoticed}
+        unnoticed = [leaf for leaf in unnoticed if strays(story, leaf, shares[leaf]) <= TOLERANCE]
     assert unnoticed == []
 
 

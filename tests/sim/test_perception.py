@@ -36,7 +36,9 @@ from hazbot_gym.sim.perception import (
     blank_tracks,
     echo,
     perceive,
+    remember,
     sense_ranges,
+    track_people,
 )
 
 QUIET_SONAR = Ultrasonic(noise_m=0.0)
@@ -298,6 +300,25 @@ def test_interpreted_and_compiled_ranges_agree() -> None:
     robot, people = rig.robots.view(np.recarray)[0], rig.people.view(np.recarray)
     sense_ranges(robot, people, rig.walls, sonar, np.uint64(KEY), 0, ranges)
     assert rig.ranges == pytest.approx(ranges, abs=1e-12)
+
+
+def test_interpreted_and_compiled_tracks_agree() -> None:
+    positions = (2.0, 1.0), (3.0, -0.2), (9.0, 0.0), (-2.0, 0.4), (2.5, 3.0)
+    wall = np.array([[1.0, 2.0, 4.0, 2.0]])
+    options = {"position_noise_m": 0.05, "velocity_noise_mps": 0.1, "dropout": 0.2}
+    compiled = Rig(*positions, walls=wall, latency_steps=1, **options)
+    plain = Rig(*positions, walls=wall, latency_steps=1, **options)
+    parameters = SensorParameters(QUIET_SONAR, TRACKER._replace(**options), Thresholds())
+    history, tracks = plain.history.view(np.recarray), plain.tracks.view(np.recarray)
+    for step in range(12):
+        for rig in (compiled, plain):
+            rig.people["x"] -= 0.1
+        compiled.look()
+        remember(plain.people.view(np.recarray), history, step)
+        robot = plain.robots.view(np.recarray)[0]
+        track_people(robot, wall, history, parameters, plain.key, step, tracks)
+        for field in ("visible", "pattern", "x", "y", "vx", "vy"):
+            assert tracks[field] == pytest.approx(compiled.tracks[field], abs=1e-12)
 
 
 def rays(space: pymunk.Space, robot: Any, axis_rad: float, sonar: Ultrasonic) -> float:

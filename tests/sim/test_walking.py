@@ -120,13 +120,8 @@ def test_a_lane_runs_to_the_left_of_its_route_where_the_offset_is_positive() -> 
 
 
 def test_a_walker_aims_at_its_lane_ahead() -> None:
-    ex, ey = walking_direction(walker(0.0, 0.4)[0], a_place())
+    ex, ey = walking_direction(walker(0.0, 0.4)[0], a_place().routes)
     assert (ex, ey) == pytest.approx(np.array([LOOK_AHEAD_M, -0.4]) / math.hypot(LOOK_AHEAD_M, 0.4))
-
-
-def test_a_walker_behind_a_corner_first_walks_back() -> None:
-    corner = a_place([(0.5, 0.3, 0.5, 5.0)])
-    assert walking_direction(walker(0.0, 1.2)[0], corner) == pytest.approx((0.0, -1.0))
 
 
 # --- the forces ----------------------------------------------------------------------------------

@@ -201,7 +201,10 @@ def test_an_edited_policy_of_ones_own_is_run_again_and_no_other(
     source.write_text(text)
     monkeypatch.syspath_prepend(tmp_path)
     study = load_study(
-        policies=["constant:1.0", "my_policy_under_test:Mine"], sets=["E*"], episodes=1
+        policies=["constant:1.0", "my_policy_under_test:Mine"],
+        sets=["E*"],
+        episodes=1,
+        engine="pymunk",
     )
     run_study(study, tmp_path / "out")
     assert len(inline.blocks) == 2

@@ -1,0 +1,69 @@
+"""What a batched step tells besides: Gymnasium's ``info``, arrays of N with a mask beside each.
+
+A world has a key where its single environment would have it, and the mask ``_key`` says which do.
+In the autoreset mode SAME_STEP a world whose episode has ended tells what a reset tells, and the
+end of the old episode under ``final_info``.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hazbot_gym.envs.batch import Bools, Outputs
+from hazbot_gym.task.outcome import (
+    BY_ROBOT,
+    CAUSE_NAMES,
+    CONTACT_PERSON,
+    CONTACT_WALL,
+    OUTCOME_NAMES,
+)
+from hazbot_gym.task.reward import CONTACT, INTRUSION, TERMS
+
+Info = dict[str, Any]
+
+
+def decision_info(outputs: Outputs, decision_s: float, *, told: Bools, reset: Bools) -> Info:
+    """Return time, reward terms and cost of the worlds told of, zero where they were reset."""
+    counts = told & ~reset
+    terms = np.where(counts[:, np.newaxis], outputs.terms, 0.0)
+    is_at_fault = (terms[:, CONTACT] > 0.0) & (outputs.decisions["cause"] == BY_ROBOT)
+    return masked(
+        told,
+        time_s=np.where(counts, np.round(outputs.steps * decision_s, 9), 0.0),
+        reward_terms=masked(told, **{name: terms[:, k] for k, name in enumerate(TERMS)}),
+        cost=terms[:, INTRUSION] + is_at_fault,
+    )
+
+
+def end_info(outputs: Outputs, ended: Bools) -> Info:
+    """Return how episodes ended, where they did."""
+    outcomes, causes = outputs.decisions["outcome"], outputs.decisions["cause"]
+    touched = ended & np.isin(outcomes, (CONTACT_PERSON, CONTACT_WALL))
+    return {
+        **masked(ended, outcome=_names(OUTCOME_NAMES, outcomes, ended)),
+        **masked(
+            touched,
+            contact_caused_by=_names(CAUSE_NAMES, causes, touched),
+            contact_speed_mps=np.where(touched, outputs.decisions["speed_mps"], 0.0),
+        ),
+    }
+
+
+def final_info(outputs: Outputs, decision_s: float, ended: Bools) -> Info:
+    """Return the last observations and infos of episodes that ended and were reset at once."""
+    observations = np.full(len(ended), None, object)
+    for i in np.flatnonzero(ended):
+        observations[i] = outputs.final_observations[i].copy()
+    last = decision_info(outputs, decision_s, told=ended, reset=np.zeros_like(ended))
+    return masked(ended, final_obs=observations, final_info={**last, **end_info(outputs, ended)})
+
+
+def masked(mask: Bools, **values: Any) -> Info:
+    """Return values by name, and beside each a copy of the mask of those worlds that have it."""
+    return {**values, **{f"_{name}": mask.copy() for name in values}}
+
+
+def _names(names: tuple[str, ...], codes: Any, where: Bools) -> Any:
+    return np.where(where, np.array(names, object)[codes], None)

@@ -1,0 +1,97 @@
+"""What may be given to a batch of worlds, checked as a whole before anything changes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium.utils.seeding import np_random
+from gymnasium.vector import AutoresetMode
+
+from hazbot_gym.config import Config
+from hazbot_gym.core.state import Floats
+from hazbot_gym.envs.batch import Bools
+from hazbot_gym.envs.corridor import SPEED_LEVELS
+from hazbot_gym.errors import InvalidInput
+
+Seeds = int | Sequence[int | None] | None
+
+
+def count_of(given: Any, name: str) -> int:
+    """Return a number of worlds or threads."""
+    if not isinstance(given, int | np.integer) or given < 1:
+        raise InvalidInput(f"{name}: given {given!r}, allowed are integers of at least 1")
+    return int(given)
+
+
+def autoreset_mode_of(given: AutoresetMode | str) -> AutoresetMode:
+    """Return the mode that is meant."""
+    try:
+        return AutoresetMode(given)
+    except ValueError as error:
+        allowed = ", ".join(mode.value for mode in AutoresetMode)
+        raise InvalidInput(f"autoreset_mode: given {given!r}, allowed are {allowed}") from error
+
+
+def commands_of(actions: Any, worlds: int, config: Config) -> Floats:
+    """Return the commanded speeds (N,) [m/s] of the actions of N worlds."""
+    nominal, values = config.drive.nominal_speed_mps, np.asarray(actions)
+    given = f"actions: given {values.dtype} of shape {values.shape}"
+    if config.action_type == "discrete":
+        levels = len(SPEED_LEVELS)
+        is_level = values.dtype.kind in "iu" and np.all((values >= 0) & (values < levels))
+        if values.shape != (worlds,) or not is_level:
+            raise InvalidInput(f"{given}, allowed are {worlds} integers 0 to {levels - 1}")
+        return nominal * np.array(SPEED_LEVELS)[values]
+    if values.shape != (worlds, 1) or values.dtype.kind not in "iuf":
+        raise InvalidInput(f"{given}, allowed are numbers of shape ({worlds}, 1)")
+    values = values[:, 0].astype(np.float64)
+    is_allowed = (values >= -1.0) & (values <= 1.0)  # not so for NaN
+    if not is_allowed.all():
+        wrong = values[~is_allowed][0]
+        raise InvalidInput(f"actions: given {wrong}, allowed is -1 <= action <= 1")
+    return nominal * 0.5 * (values + 1.0)
+
+
+def reset_mask_of(options: dict[str, Any] | None, worlds: int) -> Bools:
+    """Return which worlds are to be reset."""
+    unknown = set(options or {}) - {"reset_mask"}
+    if unknown:
+        raise InvalidInput(
+            f"reset options: given {', '.join(sorted(unknown))}, allowed is reset_mask"
+        )
+    if not options:
+        return np.ones(worlds, np.bool_)
+    mask = mask_of(options["reset_mask"], worlds, "reset_mask")
+    if not mask.any():
+        raise InvalidInput("reset_mask: given no world, allowed is at least one")
+    return mask
+
+
+def mask_of(given: Any, worlds: int, name: str) -> Bools:
+    """Return a mask of worlds."""
+    if not isinstance(given, np.ndarray) or given.shape != (worlds,) or given.dtype != np.bool_:
+        what = f"{given.dtype} of shape {given.shape}" if hasattr(given, "dtype") else repr(given)
+        raise InvalidInput(f"{name}: given {what}, allowed is a boolean array of shape ({worlds},)")
+    return given
+
+
+def seeds_of(given: Seeds, worlds: int) -> list[int | None]:
+    """Return one seed for each world: a number counts up, None leaves generators as they are."""
+    if given is None:
+        return [None] * worlds
+    if isinstance(given, int | np.integer):
+        given = range(int(given), int(given) + worlds)
+    seeds = list(given) if np.iterable(given) else [given]
+    if len(seeds) != worlds:
+        raise InvalidInput(f"seed: given {len(seeds)} seeds for {worlds} worlds")
+    for seed in seeds:
+        if seed is not None and (not isinstance(seed, int | np.integer) or seed < 0):
+            raise InvalidInput(f"seed: given {seed!r}, allowed are integers of at least 0")
+    return [None if seed is None else int(seed) for seed in seeds]
+
+
+def generator_of(seed: int | None) -> np.random.Generator:
+    """Return the generator that ``CorridorEnv`` has after ``reset(seed=seed)``."""
+    return np_random(seed)[0]

@@ -1,0 +1,109 @@
+"""What the benchmark found, as tables on the terminal and as a page of the documentation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from string import Template
+from typing import Any
+
+from rich.console import Group
+from rich.table import Table
+
+from hazbot_gym.study.bench_cases import CARTPOLE, CORRIDOR
+
+Record = dict[str, Any]
+Rows = list[tuple[str, ...]]
+
+RATES = ("steps a second, median (quartiles)", "", "times CartPole-v1")
+GOALS = ("goal", "", "measured")
+ONCE = ("measured once", "")
+
+
+def shown(value: float) -> str:
+    """Return a number with three digits that count."""
+    rounded = float(f"{value:.3g}")
+    return f"{rounded:,.0f}" if abs(rounded) >= 100 else f"{rounded:g}"
+
+
+def table(record: Record) -> Group:
+    """Return a record as tables for the terminal."""
+    machine = record["machine"]
+    return Group(
+        _table(RATES, rate_rows(record)),
+        _table(GOALS, goal_rows(record)),
+        _table(ONCE, once_rows(record)),
+        f"{CORRIDOR} and the batched engine with {record[CORRIDOR]['with'].partition(' ')[2]}",
+        f"{record['what']}; {record['turns']} turns",
+        f"{machine['processor']}, {machine['cores']} cores, Python {machine['python']}, "
+        f"load {record['load_before']:.1f} before",
+        *record["notes"],
+    )
+
+
+def page(template: str, record: Record) -> str:
+    """Return the page on performance: a template with ``$rates``, ``$goals``, ``$once`` filled in.
+
+    ``$processor``, ``$cores``, ``$python``, ``$numba`` and ``$system`` are the machine's.
+    """
+    tables = {
+        "rates": _markdown(RATES, rate_rows(record)),
+        "goals": _markdown(GOALS, goal_rows(record)),
+        "once": _markdown(ONCE, once_rows(record)),
+    }
+    plain = {name: record[name] for name in ("what", "turns")}
+    return Template(template).substitute(**tables, **plain, **record["machine"])
+
+
+def rate_rows(record: Record) -> Rows:
+    """Return name, rate and ratio to CartPole-v1 of every case."""
+    cases = {name: record[name] for name in (CARTPOLE, CORRIDOR)} | record["cases"]
+    return [(name, *_rate(case)) for name, case in cases.items()]
+
+
+def _rate(case: Record) -> tuple[str, str]:
+    low, high = (shown(value) for value in case["steps_per_s_quartiles"])
+    return f"{shown(case['steps_per_s'])} ({low} to {high})", shown(case["to_cartpole"])
+
+
+def goal_rows(record: Record) -> Rows:
+    """Return what was to be reached, and what was measured."""
+    rows = []
+    for name, goal in record["goals"].items():
+        side = "at least" if "at least" in goal else "at most"
+        rows.append((name, f"{side} {shown(goal[side])}", shown(goal["measured"])))
+    return rows
+
+
+def once_rows(record: Record) -> Rows:
+    """Return compile times, memory and the evaluation."""
+    return list(_once(record))
+
+
+def _once(record: Record) -> Iterator[tuple[str, str]]:
+    for engine, found in record["compile"].items():
+        low, high = (shown(value) for value in found["cached_s_quartiles"])
+        cached = f"{shown(found['cached_s'])} s ({low} to {high})"
+        cold = f", {shown(found['cold_s'])} s compiling" if "cold_s" in found else ""
+        yield f"process to its first two episodes, {engine}", f"{cached} cached{cold}"
+    memory = record["memory"]
+    held = f"{shown(memory['bytes_a_world'])} bytes"
+    grown = f"{shown(memory['growth_bytes_a_world'])} more after {memory['steps']} steps"
+    yield f"a world of {memory['worlds']}, {memory['people']} people", f"{held}, {grown}"
+    run = record["evaluation"]
+    low, high = (shown(value) for value in run["seconds_quartiles"])
+    taken = f"{shown(run['seconds'])} s ({low} to {high})"
+    yield f"{run['episodes']} episodes of fuzzy_expert, records written", taken
+
+
+def _table(titles: tuple[str, ...], rows: Rows) -> Table:
+    shown_table = Table(box=None, pad_edge=False)
+    for place, title in enumerate(titles):
+        shown_table.add_column(title, justify="right" if place else "left")
+    for row in rows:
+        shown_table.add_row(*row)
+    return shown_table
+
+
+def _markdown(titles: tuple[str, ...], rows: Rows) -> str:
+    rule = ["---", *["---:" for _ in titles[1:]]]
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in (titles, rule, *rows))

@@ -1,0 +1,448 @@
+"""What Gymnasium expects of a vector environment, in all three autoreset modes."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import tracemalloc
+from collections.abc import Callable
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
+from gymnasium.wrappers import vector as wrappers
+
+from hazbot_gym.config import make_config
+from hazbot_gym.core.state import Floats
+from hazbot_gym.envs.corridor import CorridorEnv
+from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
+from hazbot_gym.envs.vector import CorridorVectorEnv
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.task.reward import TERMS
+
+IDS = [f"{NAMESPACE}/{name}" for name in ENVIRONMENTS]
+MODES = list(AutoresetMode)
+# Short episodes with contacts, arrivals and timeouts.
+LIVELY: dict[str, Any] = {
+    "place": "doorway",
+    "place_options": {"length_m": 8.0},
+    "people": {"model": "scripted", "count": [2, 4]},
+    "max_episode_steps": 120,
+}
+everywhere = pytest.mark.parametrize("env_id", IDS)
+in_every_mode = pytest.mark.parametrize("mode", MODES)
+
+
+def lively(worlds: int, mode: AutoresetMode = AutoresetMode.NEXT_STEP) -> CorridorVectorEnv:
+    return CorridorVectorEnv(worlds, autoreset_mode=mode, **LIVELY)
+
+
+def actions(worlds: int, steps: int, seed: int = 0) -> Floats:
+    """Return fast and slow driving (T, N, 1)."""
+    rng = np.random.default_rng(seed)
+    drawn = rng.uniform(0.0, 1.0, (worlds, 1)) + rng.uniform(-1.0, 1.0, (steps, worlds, 1))
+    return np.clip(drawn, -1.0, 1.0)
+
+
+def play(envs: VectorEnv[Any, Any, Any], steps: int, seed: int = 0) -> list[Any]:
+    """Return what reset and steps return, episodes that are over being reset by hand if need be."""
+    told: list[Any] = [envs.reset(seed=seed)]
+    for action in actions(envs.num_envs, steps):
+        told.append(envs.step(action))
+        over = told[-1][2] | told[-1][3]
+        if envs.metadata["autoreset_mode"] == AutoresetMode.DISABLED and over.any():
+            told.append(envs.reset(options={"reset_mask": over}))
+    return told
+
+
+def same(one: Any, other: Any) -> bool:
+    """Tell whether two nested results are equal bit by bit."""
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
+    if isinstance(one, tuple | list):
+        return len(one) == len(other) and all(map(same, one, other))
+    if isinstance(one, np.ndarray) and one.dtype == object:
+        return same(list(one), list(other))
+    return bool(np.array_equal(one, other))
+
+
+# --- Gymnasium's other ways to the same worlds ---------------------------------------------------
+
+
+@everywhere
+def test_make_vec_gives_the_same_worlds_natively_and_in_a_loop(env_id: str) -> None:
+    native = gymnasium.make_vec(env_id, 2, vectorization_mode="vector_entry_point")
+    loop = gymnasium.make_vec(env_id, 2, vectorization_mode="sync")
+    assert isinstance(native.unwrapped, CorridorVectorEnv)
+    assert native.observation_space == loop.observation_space
+    assert native.action_space == loop.action_space
+    assert native.single_observation_space == loop.single_observation_space
+    one, other = native.reset(seed=4), loop.reset(seed=4)
+    assert same(one[0], other[0])
+    assert native.observation_space.contains(one[0])
+    assert by_world(native, one[1]) == by_world(loop, other[1])
+
+
+def by_world(envs: VectorEnv[Any, Any, Any], info: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return a batch's info as one dictionary for each world, rounded, arrays as lists."""
+    told: list[dict[str, Any]] = wrappers.DictInfoToList(envs)._convert_info_to_list(info)
+    return [rounded(world) for world in told]
+
+
+def rounded(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: rounded(below) for name, below in value.items()}
+    if isinstance(value, float | np.floating):
+        return round(float(value), 9)
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+
+
+@in_every_mode
+def test_every_mode_does_what_gymnasiums_own_loop_does(mode: AutoresetMode) -> None:
+    loop = SyncVectorEnv(4 * [lambda: CorridorEnv(**LIVELY)], autoreset_mode=mode)
+    native = lively(4, mode)
+    ours, theirs = play(native, 260), play(loop, 260)
+    assert len(ours) == len(theirs)
+    for (*mine, my_info), (*others, other_info) in zip(ours, theirs, strict=True):
+        for one, other in zip(mine, others, strict=True):
+            assert one.dtype == other.dtype
+            assert one == pytest.approx(other, abs=1e-9)
+        assert by_world(native, my_info) == by_world(loop, other_info)
+    ends = [end for result in ours[1:] if len(result) == 5 for end in ended_with(result)]
+    assert {"contact_person", "timeout"} <= set(ends)
+
+
+def ended_with(result: Any) -> list[str]:
+    info = result[4].get("final_info", result[4])
+    return [outcome for outcome in info.get("outcome", []) if outcome is not None]
+
+
+def test_a_reset_mask_leaves_the_other_worlds_alone() -> None:
+    envs, plain = lively(3), lively(3)
+    drive = actions(3, 20)
+    for each in (envs, plain):
+        each.reset(seed=1)
+        for action in drive[:10]:
+            each.step(action)
+    mask = np.array([False, True, False])
+    observations, info = envs.reset(options={"reset_mask": mask}, seed=[7, 8, 9])
+    assert same(observations[1], CorridorEnv(**LIVELY).reset(seed=8)[0])
+    assert info["_scenario_key"].tolist() == [False, True, False]
+    for action in drive[10:]:
+        one, other = envs.step(action), plain.step(action)
+        assert same([part[~mask] for part in one[:4]], [part[~mask] for part in other[:4]])
+
+
+def test_worlds_left_out_of_a_step_stay_as_they_are() -> None:
+    envs = lively(3)
+    envs.reset(seed=1)
+    before = envs.step(actions(3, 1)[0])
+    state = envs.state()
+    mask = np.array([True, False, True])
+    after = envs.step(np.ones((3, 1)), mask=mask)
+    assert same([part[1] for part in before[:4]], [part[1] for part in after[:4]])
+    assert envs.state().robots[1] == state.robots[1]
+    assert (envs.state().time_s - state.time_s).tolist() == pytest.approx([0.1, 0.0, 0.1])
+
+
+def test_seeds_are_given_by_number_list_or_not_at_all() -> None:
+    envs = lively(3)
+    counted, _ = envs.reset(seed=5)
+    listed, _ = envs.reset(seed=[5, 6, 7])
+    assert same(counted, listed)
+    first, _ = envs.reset()
+    assert not same(first, listed)
+    again, _ = envs.reset(seed=[None, 6, None])
+    assert same(again[1], listed[1])
+    assert not same(again[0], listed[0])
+    unseeded = [lively(3).reset()[0] for _ in range(2)]
+    assert not same(*unseeded)
+
+
+def test_returned_arrays_are_not_touched_later() -> None:
+    for mode in MODES:
+        envs = lively(3, mode)
+        told = play(envs, 150)
+        kept = copy.deepcopy(told)
+        play(envs, 10)
+        assert same(told, kept)
+
+
+def test_discrete_actions_command_the_five_speeds() -> None:
+    envs = CorridorVectorEnv(5, action_type="discrete")
+    env = CorridorEnv(action_type="discrete")
+    assert envs.action_space == gymnasium.spaces.MultiDiscrete(5 * [5])
+    envs.reset(seed=5 * [3])
+    observations, *_ = envs.step(np.arange(5))
+    for level in range(5):
+        env.reset(seed=3)
+        assert observations[level] == pytest.approx(env.step(level)[0], abs=1e-9)
+
+
+# --- what make_vec passes on ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "steps"),
+    [
+        ({}, 600),
+        ({"max_episode_steps": 40}, 40),
+        ({"max_episode_steps": 700}, 700),
+        ({"config": {"max_episode_steps": 50}}, 50),
+        ({"config": make_config(max_episode_steps=60)}, 60),
+        ({"config": {"tier": "sonar"}}, 600),
+    ],
+    ids=str,
+)
+def test_make_vec_keeps_the_horizon_that_was_asked_for(
+    arguments: dict[str, Any], steps: int
+) -> None:
+    envs: Any = gymnasium.make_vec(
+        IDS[0], 2, vectorization_mode="vector_entry_point", **arguments
+    ).unwrapped
+    assert envs.config.max_episode_steps == steps
+
+
+def test_make_vec_passes_on_mode_and_overrides() -> None:
+    envs: Any = gymnasium.make_vec(
+        IDS[0], 2, "vector_entry_point", autoreset_mode="SameStep", tier="sonar", threads=1
+    )
+    assert envs.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+    assert envs.single_observation_space.shape == (12,)
+    assert CorridorVectorEnv.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
+
+
+# --- Gymnasium's wrappers ------------------------------------------------------------------------
+
+
+@in_every_mode
+def test_episode_statistics_agree_with_our_own_counts(mode: AutoresetMode) -> None:
+    told = play(wrappers.RecordEpisodeStatistics(lively(4, mode)), 300)
+    over, returns, lengths, episodes = np.zeros(4, np.bool_), np.zeros(4), np.zeros(4), 0
+    for _, rewards, terminated, truncated, info in (each for each in told if len(each) == 5):
+        counts = ~over if mode == AutoresetMode.NEXT_STEP else np.ones(4, np.bool_)
+        returns, lengths = returns + rewards * counts, lengths + counts
+        over = terminated | truncated
+        last = info.get("final_info", info)
+        for i in np.flatnonzero(over):
+            assert info["episode"]["r"][i] == pytest.approx(returns[i])
+            assert info["episode"]["l"][i] == lengths[i]
+            assert last["time_s"][i] == pytest.approx(0.1 * lengths[i])
+            episodes += 1
+        returns[over], lengths[over] = 0.0, 0
+    assert episodes > 8
+
+
+@pytest.mark.parametrize(
+    "wrap",
+    [
+        wrappers.NormalizeObservation,
+        wrappers.NormalizeReward,
+        wrappers.ClipAction,
+        wrappers.DictInfoToList,
+        wrappers.FlattenObservation,
+        lambda envs: wrappers.RescaleAction(envs, 0.0, 1.0),
+        lambda envs: wrappers.RescaleObservation(envs, -1.0, 1.0),
+        lambda envs: wrappers.TransformReward(envs, np.sign),
+        lambda envs: wrappers.DtypeObservation(envs, np.float64),
+    ],
+)
+def test_gymnasiums_vector_wrappers_run(wrap: Callable[[Any], VectorEnv[Any, Any, Any]]) -> None:
+    envs = wrap(lively(3))
+    envs.reset(seed=0)
+    for _ in range(130):
+        observations, rewards, *_ = envs.step(envs.action_space.sample())
+    assert envs.observation_space.contains(observations.astype(envs.observation_space.dtype))
+    assert np.isfinite(rewards).all()
+
+
+def test_rescaled_actions_are_shares_of_the_nominal_speed() -> None:
+    envs = wrappers.RescaleAction(lively(2), 0.0, 1.0)
+    envs.reset(seed=0)
+    envs.step(np.array([[0.25], [1.0]]))
+    assert envs.unwrapped.state().robots["command"] == pytest.approx([0.125, 0.5])
+
+
+# --- same seeds, same results --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("tracks", ["social_force", "replay"])
+def test_threads_change_nothing(tracks: str) -> None:
+    one, two = (
+        CorridorVectorEnv(200, threads=threads, people={"model": tracks}, max_episode_steps=60)
+        for threads in (1, 2)
+    )
+    assert same(play(one, 150, seed=3), play(two, 150, seed=3))
+    assert two._threads is not None
+
+
+def test_a_world_is_the_same_alone_and_among_a_thousand() -> None:
+    drive = actions(1024, 150)
+    crowd = CorridorVectorEnv(1024, max_episode_steps=100)
+    told = [crowd.reset(seed=0), *(crowd.step(action) for action in drive)]
+    for i in (0, 31, 32, 700, 1023):
+        alone = CorridorVectorEnv(1, max_episode_steps=100)
+        mine = [alone.reset(seed=i), *(alone.step(action[[i]]) for action in drive)]
+        for one, among in zip(mine, told, strict=True):
+            assert same([part[0] for part in one[:-1]], [part[i] for part in among[:-1]])
+
+
+@pytest.mark.parametrize(
+    "twin", [copy.deepcopy, lambda envs: pickle.loads(pickle.dumps(envs))], ids=["copy", "pickle"]
+)
+def test_a_copy_made_in_mid_episode_goes_on_alike(twin: Callable[[Any], Any]) -> None:
+    envs = CorridorVectorEnv(70, threads=2, **LIVELY)
+    play(envs, 30)
+    other = twin(envs)
+    rest = actions(70, 200, seed=1)
+    assert same([envs.step(action) for action in rest], [other.step(action) for action in rest])
+
+
+def test_closing_twice_does_no_harm() -> None:
+    envs = CorridorVectorEnv(100, threads=2)
+    play(envs, 2)
+    envs.close()
+    envs.close()
+    assert envs.closed
+
+
+# --- bad input -----------------------------------------------------------------------------------
+
+GOOD = np.zeros((3, 1))
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        np.zeros(3),
+        np.zeros((2, 1)),
+        np.zeros((3, 2)),
+        np.array([[0.0], [np.nan], [0.0]]),
+        np.array([[0.0], [1.001], [0.0]]),
+        np.array([[0.0], [-np.inf], [0.0]]),
+        [["fast"], ["slow"], ["fast"]],
+        None,
+    ],
+    ids=str,
+)
+def test_bad_actions_are_refused_and_change_nothing(bad: Any) -> None:
+    refused(lambda envs: envs.step(bad), "actions: given")
+
+
+@pytest.mark.parametrize(
+    "bad", [[0, 1, 5], [-1, 0, 0], [0, 1], [0.0, 1.0, 2.0], [True, False, True]]
+)
+def test_bad_discrete_actions_are_refused_and_change_nothing(bad: Any) -> None:
+    refused(lambda envs: envs.step(np.array(bad)), "actions: given", action_type="discrete")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ({"seed": [1, 2]}, "seed: given 2 seeds for 3 worlds"),
+        ({"seed": [1, 2, -3]}, "seed: given -3, allowed"),
+        ({"seed": -1}, "seed: given -1, allowed"),
+        ({"seed": 1.5}, "seed: given"),
+        ({"seed": [1, 2, "x"]}, "seed: given 'x', allowed"),
+        ({"options": {"key": 3}}, "reset options: given key, allowed"),
+        ({"options": {"reset_mask": [True, True, True]}}, "reset_mask: given"),
+        ({"options": {"reset_mask": np.ones(2, np.bool_)}}, "reset_mask: given"),
+        ({"options": {"reset_mask": np.ones(3)}}, "reset_mask: given"),
+        ({"options": {"reset_mask": np.zeros(3, np.bool_)}}, "reset_mask: given no world"),
+    ],
+    ids=str,
+)
+def test_bad_resets_are_refused_and_change_nothing(arguments: Any, complaint: str) -> None:
+    refused(lambda envs: envs.reset(**arguments), complaint)
+
+
+def test_a_bad_mask_of_a_step_is_refused_and_changes_nothing() -> None:
+    refused(lambda envs: envs.step(GOOD, mask=np.ones(4, np.bool_)), "mask: given bool of shape")
+
+
+def refused(ask: Callable[[CorridorVectorEnv], Any], complaint: str, **arguments: Any) -> None:
+    envs = CorridorVectorEnv(3, **arguments)
+    envs.reset(seed=0)
+    before = pickle.dumps(envs)
+    with pytest.raises(InvalidInput, match=f"^{complaint}") as refusal:
+        ask(envs)
+    assert "\n" not in str(refusal.value)
+    assert pickle.dumps(envs) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ({"num_envs": 0}, "num_envs: given 0"),
+        ({"num_envs": 2.0}, "num_envs: given 2.0"),
+        ({"threads": 0}, "threads: given 0"),
+        ({"autoreset_mode": "Never"}, "autoreset_mode: given 'Never', allowed are"),
+        ({"render_mode": "rgb_array"}, "render_mode: given 'rgb_array'"),
+        ({"max_episode_steps": 0}, "max_episode_steps: given 0"),
+        ({"tier": "sight"}, "tier: given 'sight'"),
+        ({"colour": "red"}, "colour: unknown key"),
+    ],
+    ids=str,
+)
+def test_bad_arguments_are_refused_in_one_line(arguments: Any, complaint: str) -> None:
+    with pytest.raises(InvalidInput, match=f"^{complaint}") as refusal:
+        CorridorVectorEnv(**{"num_envs": 2, **arguments})
+    assert "\n" not in str(refusal.value)
+
+
+@in_every_mode
+def test_stepping_before_the_first_reset_is_refused(mode: AutoresetMode) -> None:
+    with pytest.raises(InvalidInput, match="^step: .*call reset first$"):
+        lively(3, mode).step(GOOD)
+
+
+def test_without_autoreset_a_world_that_is_over_must_be_reset() -> None:
+    envs = CorridorVectorEnv(3, max_episode_steps=1, autoreset_mode=AutoresetMode.DISABLED)
+    envs.reset(seed=0)
+    envs.step(GOOD)
+    envs.reset(options={"reset_mask": np.array([True, False, True])})
+    with pytest.raises(InvalidInput, match=r"^step: the episodes of 1 worlds .* first is 1\)"):
+        envs.step(GOOD)
+
+
+# --- memory --------------------------------------------------------------------------------------
+
+
+def bytes_per_world(few: int = 64, many: int = 320, **arguments: Any) -> float:
+    """Return what one more world takes, Python objects included."""
+    sizes = []
+    for worlds in (few, many):
+        tracemalloc.start()
+        envs = CorridorVectorEnv(worlds, **arguments)
+        envs.reset(seed=0)
+        envs.step(np.zeros((worlds, 1)))
+        sizes.append(tracemalloc.get_traced_memory()[0])
+        tracemalloc.stop()
+    return (sizes[1] - sizes[0]) / (many - few)
+
+
+@everywhere
+def test_a_world_takes_16_kilobytes_at_most(env_id: str) -> None:
+    preset = ENVIRONMENTS[env_id.removeprefix(f"{NAMESPACE}/")][1]
+    size = bytes_per_world(preset=preset, threads=1)
+    print(f"{env_id}: {size:.0f} bytes a world")
+    assert size <= 16_384
+
+
+def test_a_decision_leaves_nothing_behind_in_memory() -> None:
+    envs = lively(64)
+    play(envs, 200)
+    tracemalloc.start()
+    play(envs, 50)
+    before = tracemalloc.get_traced_memory()[0]
+    play(envs, 300)
+    assert tracemalloc.get_traced_memory()[0] - before < 20_000
+    tracemalloc.stop()
+
+
+def test_reward_terms_are_those_of_the_reward() -> None:
+    for _, rewards, *_, info in play(lively(3), 150)[1:]:
+        terms = [info["reward_terms"][name] for name in TERMS]
+        assert rewards == pytest.approx(np.array(make_config().reward) @ np.array(terms))
