@@ -167,8 +167,8 @@ class RewardWeights(NamedTuple):
     intrusion: float = -4.0
     tracking: float = -0.5
     smoothness: float = -0.5
-    burden: float = -1.0
-    contact: float = -100.0
+    burden: float = -0.1
+    contact: float = -200.0
     arrival: float = 60.0
 
 

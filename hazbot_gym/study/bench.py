@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from hazbot_gym.study import bench_once, provenance
 from hazbot_gym.study.bench_cases import CARTPOLE, CORRIDOR, WITH, Case, batched, make_cases
 
+EPISODES = 1000  # of the evaluation
 Record = dict[str, Any]
 
 
@@ -23,14 +24,13 @@ class Effort(NamedTuple):
     turns: int
     turn_s: float  # of one case in one turn [s]
     spread: int  # steps by which worlds of a batch are ahead of each other
-    episodes: int  # of the evaluation
     evaluations: int
     memory_steps: int
     is_compiling: bool  # whether to compile everything anew
 
 
-FULL = Effort(9, 0.5, spread=300, episodes=1000, evaluations=3, memory_steps=300, is_compiling=True)
-QUICK = Effort(3, 0.1, spread=30, episodes=100, evaluations=1, memory_steps=30, is_compiling=False)
+FULL = Effort(9, 0.5, spread=300, evaluations=3, memory_steps=300, is_compiling=True)
+QUICK = Effort(3, 0.1, spread=30, evaluations=1, memory_steps=30, is_compiling=False)
 
 
 def bench(effort: Effort = FULL) -> Record:
@@ -42,7 +42,7 @@ def bench(effort: Effort = FULL) -> Record:
     measured = {
         "compile": bench_once.compile_times(effort.is_compiling, effort.evaluations),
         "memory": bench_once.memory(1024, 4, effort.memory_steps),
-        "evaluation": bench_once.evaluation(effort.episodes, effort.evaluations),
+        "evaluation": bench_once.evaluation(EPISODES, effort.evaluations),
     }
     return {
         CORRIDOR: {**rows.pop(CORRIDOR), "with": f"4 {WITH}"},
@@ -112,9 +112,8 @@ def goals(rates: dict[str, list[float]], measured: Record) -> Record:
     if "cold_s" in measured["compile"]["batched"]:
         cold_s = measured["compile"]["batched"]["cold_s"]
         found["first episodes, compiling, s"] = ("at most", 40.0, cold_s)
-    episodes = measured["evaluation"]["episodes"]
-    thousand_s = measured["evaluation"]["seconds"] * 1000 / episodes
-    found["evaluation, 1000 episodes, s"] = ("at most", 5.0, thousand_s)
+    run_s = measured["evaluation"]["seconds"]
+    found[f"evaluation, {EPISODES} episodes, s"] = ("at most", 5.0, run_s)
     return {name: {side: limit, "measured": value} for name, (side, limit, value) in found.items()}
 
 

@@ -40,18 +40,19 @@ def table(record: Record) -> Group:
     )
 
 
-def page(template: str, record: Record) -> str:
-    """Return the page on performance: a template with ``$rates``, ``$goals``, ``$once`` filled in.
+def page(template: str, record: Record, *, name: str) -> str:
+    """Return the page on performance: a template with its placeholders filled in.
 
-    ``$processor``, ``$cores``, ``$python``, ``$numba`` and ``$system`` are the machine's.
+    ``$rates``, ``$goals`` and ``$once`` are tables, ``$record`` the record's name, ``$turns`` and
+    ``$what`` its own, ``$processor``, ``$cores``, ``$system``, ``$python``, ``$numba`` the machine's.
     """
     tables = {
         "rates": _markdown(RATES, rate_rows(record)),
         "goals": _markdown(GOALS, goal_rows(record)),
         "once": _markdown(ONCE, once_rows(record)),
     }
-    plain = {name: record[name] for name in ("what", "turns")}
-    return Template(template).substitute(**tables, **plain, **record["machine"])
+    plain = {"record": name, "what": record["what"], "turns": record["turns"]}
+    return Template(template).substitute(tables, **plain, **record["machine"])
 
 
 def rate_rows(record: Record) -> Rows:

@@ -1,8 +1,9 @@
 """What a decision is worth: named, unweighted terms, each in a documented range.
 
 reward = sum over terms of weight * term (weights: ``RewardWeights`` in the config). There is no
-bonus for merely living and no cost that ends with the episode, so that running into somebody never
-pays; time presses through the arrival term, which is what is left of the time allowed.
+bonus for merely living; time presses through the arrival term, which is what is left of the time
+allowed. The one cost that can go on while the robot stands, the burden, weighs so little that a
+whole episode of it costs less than a contact at nominal speed: to end it by a crash never pays.
 
 | term | range | meaning |
 |---|---|---|

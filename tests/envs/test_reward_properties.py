@@ -12,8 +12,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hazbot_gym.config import make_config
 from hazbot_gym.core.proxemics import INTIMATE_M
 from hazbot_gym.envs.corridor import CorridorEnv
+from hazbot_gym.envs.registration import ENVIRONMENTS
+from hazbot_gym.task.outcome import BY_ROBOT
+from hazbot_gym.task.reward import contact_severity
 
 EMPTY = {"count": [0, 0]}
 
@@ -160,3 +164,11 @@ def test_on_and_off_is_worse_than_smooth_over_the_same_distance(period: int) -> 
 def test_on_and_off_is_worse_than_smooth_with_the_same_average_command(period: int) -> None:
     on_off = [1.0 if k % period < period / 2 else 0.0 for k in range(200)]
     assert drive(CORRIDOR, on_off)[0] < drive(CORRIDOR, [0.5] * 200)[0]
+
+
+@pytest.mark.parametrize("env_id", sorted(ENVIRONMENTS))
+def test_a_whole_episode_of_blocking_costs_less_than_a_contact(env_id: str) -> None:
+    config = make_config(preset=ENVIRONMENTS[env_id][1])
+    contact = config.reward.contact * contact_severity(BY_ROBOT, config.drive.nominal_speed_mps)
+
+    assert config.max_episode_steps * config.reward.burden > contact

@@ -1,27 +1,60 @@
 from __future__ import annotations
 
-import io
+import json
+from typing import Any
 
-import gymnasium
-from rich.console import Console
+import pytest
 
-from hazbot_gym.study.bench import CARTPOLE, CORRIDOR, Effort, Stepper, bench, table
-
-
-def test_bench_measures_both_environments_in_the_same_run() -> None:
-    result = bench(Effort(turns=2, corridor_steps=50, cartpole_steps=50))
-    ours, theirs = result[CORRIDOR]["steps_per_s"], result[CARTPOLE]["steps_per_s"]
-    assert ours > 0
-    assert theirs > 0
-    assert 0.0 < result["ratio"] < 10.0
-    assert result["machine"]["cores"] >= 1
-    shown = io.StringIO()
-    Console(file=shown, width=120).print(table(result))
-    for text in (CORRIDOR, CARTPOLE, "ratio", "fuzzy-PID"):
-        assert text in shown.getvalue()
+from hazbot_gym.study.bench import CARTPOLE, CORRIDOR, calls_for, measure, ratio
+from hazbot_gym.study.bench_cases import batched
+from tests.study.conftest import Sleeper
 
 
-def test_stepping_goes_on_over_the_end_of_an_episode() -> None:
-    env = gymnasium.wrappers.RecordEpisodeStatistics(gymnasium.make(CARTPOLE))
-    Stepper(env).run(500)
-    assert env.episode_count > 5
+def test_record_has_every_case_with_median_spread_and_ratio(record: dict[str, Any]) -> None:
+    for case in (record[CORRIDOR], record[CARTPOLE], *record["cases"].values()):
+        low, high = case["steps_per_s_quartiles"]
+        assert 0 < low <= case["steps_per_s"] <= high
+        assert case["turns"] == 2
+    assert record[CARTPOLE]["to_cartpole"] == 1.0
+    assert record["cases"][batched(1024, 4)]["to_cartpole"] == pytest.approx(1024, rel=0.5)
+    assert record["ratio"] == record[CORRIDOR]["to_cartpole"]
+    assert record["notes"] == ["SB3 adapter left out"]
+    assert record["machine"]["cores"] >= 1
+    assert json.loads(json.dumps(record)) == record
+
+
+def test_goals_stand_beside_what_was_measured(record: dict[str, Any]) -> None:
+    goals = record["goals"]
+    assert goals[f"{batched(1024, 4)}, to {CARTPOLE}"]["at least"] == 9.0
+    assert goals[f"{batched(1024, 4)}, to {CORRIDOR}"]["at least"] == 60.0
+    assert goals["first episodes, cached, s"] == {"at most": 2.0, "measured": 1.25}
+    assert goals["first episodes, compiling, s"] == {"at most": 40.0, "measured": 1.25}
+    # Every call takes as long, so that eight times the worlds are eight times the steps.
+    assert goals["batched, 4 people, 8192 worlds to 1024"]["measured"] == pytest.approx(8, rel=0.5)
+
+
+def test_a_turn_takes_about_its_time() -> None:
+    assert calls_for(Sleeper(1), turn_s=0.01) == pytest.approx(100, rel=0.5)
+
+
+def test_turns_of_all_cases_are_interleaved(record: dict[str, Any]) -> None:
+    order: list[str] = []
+
+    class Noting(Sleeper):
+        def __init__(self, name: str) -> None:
+            super().__init__(1)
+            self.name = name
+
+        def run(self, calls: int) -> None:
+            order.append(self.name)
+            super().run(calls)
+
+    from hazbot_gym.study.bench import QUICK
+
+    measure({"a": Noting("a"), "b": Noting("b")}, QUICK._replace(turns=3, turn_s=1e-3))
+    assert order[-6:] == ["a", "b", "a", "b", "a", "b"]
+
+
+def test_a_ratio_is_the_median_over_paired_turns() -> None:
+    rates = {"a": [2.0, 40.0, 3.0], "b": [1.0, 10.0, 1.0]}
+    assert ratio(rates, "a", "b") == 3.0
