@@ -16,6 +16,7 @@ from hazbot_gym.study.bench_report import shown
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "performance.md"
+RECORDS = sorted((ROOT / "benchmarks").glob("*.json"))
 NUMBER = re.compile(r"\d[\d,]*(?:\.\d+)*")
 
 
@@ -60,10 +61,13 @@ def test_a_number_that_is_not_in_the_record_is_found() -> None:
     assert numbers("4,580 in 13 worlds") & numbers_of(record) == set()
 
 
-def test_page_is_what_the_script_makes_of_the_record(script: ModuleType) -> None:
-    assert PAGE.read_text(encoding="utf-8") == script.make()
+@pytest.mark.parametrize("path", RECORDS, ids=lambda path: path.name)
+def test_page_is_what_the_script_makes_of_the_record(path: Path, script: ModuleType) -> None:
+    assert path == script.RECORD
+    assert PAGE.read_text(encoding="utf-8") == script.make(path)
 
 
-def test_every_number_of_the_page_is_in_the_record(script: ModuleType) -> None:
-    record = json.loads(script.RECORD.read_text(encoding="utf-8"))
+@pytest.mark.parametrize("path", RECORDS, ids=lambda path: path.name)
+def test_every_number_of_the_page_is_in_the_record(path: Path) -> None:
+    record = json.loads(path.read_text(encoding="utf-8"))
     assert numbers(PAGE.read_text(encoding="utf-8")) - numbers_of(record) == set()

@@ -193,7 +193,8 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
                 info.update(final_info(self._outputs, decision_s, ended))
             else:
                 info.update(end_info(self._outputs, ended))
-        rewards = self._outputs.terms @ self._weights
+        # Summed row by row: a matrix product's last digit depends on the number of worlds.
+        rewards = (self._outputs.terms * self._weights).sum(axis=1)
         return self._outputs.observations.copy(), rewards, ended & ~truncated, truncated, info
 
     def state(self) -> State:

@@ -44,7 +44,8 @@ def page(template: str, record: Record, *, name: str) -> str:
     """Return the page on performance: a template with its placeholders filled in.
 
     ``$rates``, ``$goals`` and ``$once`` are tables, ``$record`` the record's name, ``$turns`` and
-    ``$what`` its own, ``$processor``, ``$cores``, ``$system``, ``$python``, ``$numba`` the machine's.
+    ``$what`` its own; ``$processor``, ``$cores``, ``$system``, ``$python`` and ``$numba`` tell the
+    machine.
     """
     tables = {
         "rates": _markdown(RATES, rate_rows(record)),

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import time
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import pytest
@@ -11,24 +12,41 @@ from hazbot_gym.study import bench, bench_once
 from hazbot_gym.study.bench_cases import CARTPOLE, CARTPOLES, CORRIDOR, PEOPLE, WORLDS, batched
 
 
-class Sleeper:
-    """A case whose every call takes a tenth of a millisecond, or a little more."""
+class Clock:
+    """A clock that cases move on."""
 
-    def __init__(self, size: int) -> None:
-        self.size, self.calls = size, 0
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def perf_counter(self) -> float:
+        return self.now
+
+
+class Timed:
+    """A case whose every call takes a tenth of a millisecond, and is noted."""
+
+    def __init__(self, clock: Clock, size: int, name: str = "", order: list[str] | None = None):
+        self.clock, self.size = clock, size
+        self.name, self.order = name, [] if order is None else order
 
     def run(self, calls: int) -> None:
-        self.calls += calls
-        until = time.perf_counter() + 1e-4 * calls
-        while time.perf_counter() < until:
-            pass
+        self.order.append(self.name)
+        self.clock.now += 1e-4 * calls
 
 
 @pytest.fixture
-def record(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+def timed(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Timed]:
+    """Return what makes cases that move the benchmark's clock."""
+    clock = Clock()
+    monkeypatch.setattr(bench, "time", clock)
+    return partial(Timed, clock)
+
+
+@pytest.fixture
+def record(monkeypatch: pytest.MonkeyPatch, timed: Callable[..., Timed]) -> dict[str, Any]:
     sizes = {CARTPOLE: 1, CARTPOLES: 1024, CORRIDOR: 1}
     sizes |= {batched(worlds, people): worlds for worlds in WORLDS for people in PEOPLE}
-    cases = {name: Sleeper(size) for name, size in sizes.items()}
+    cases = {name: timed(size) for name, size in sizes.items()}
     monkeypatch.setattr(bench, "make_cases", lambda spread: (cases, ["SB3 adapter left out"]))
     monkeypatch.setattr(bench_once, "_first_episode_s", lambda engine, environment: 1.25)
     effort = bench.QUICK._replace(turns=2, turn_s=1e-3, evaluations=1, memory_steps=2)

@@ -1,0 +1,253 @@
+"""Stable-Baselines3 on the batched engine: its four-tuples, its wrappers, its learning."""
+
+from __future__ import annotations
+
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+from stable_baselines3 import PPO, SAC
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.evaluation import evaluate_policy
+from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
+
+from hazbot_gym.core.state import Floats
+from hazbot_gym.envs.corridor import CorridorEnv
+from hazbot_gym.envs.sb3 import CorridorVecEnv
+from hazbot_gym.errors import InvalidInput
+
+# Short episodes with contacts and timeouts.
+LIVELY: dict[str, Any] = {
+    "place": "doorway",
+    "people": {"model": "scripted", "count": [2, 4]},
+    "max_episode_steps": 90,
+}
+WORLDS, STEPS = 4, 200
+
+
+def actions(seed: int = 0) -> Floats:
+    """Return fast and slow driving (T, N, 1)."""
+    rng = np.random.default_rng(seed)
+    drawn = rng.uniform(0.0, 1.0, (WORLDS, 1)) + rng.uniform(-1.0, 1.0, (STEPS, WORLDS, 1))
+    return np.clip(drawn, -1.0, 1.0)
+
+
+# --- the four-tuple ------------------------------------------------------------------------------
+
+
+def test_a_step_returns_what_stable_baselines_expects() -> None:
+    envs = CorridorVecEnv(WORLDS, seed=0, **LIVELY)
+    assert envs.observation_space.contains(envs.reset()[0])
+    for action in actions():
+        observations, rewards, dones, infos = envs.step(action)
+        assert observations.shape == (WORLDS, 48)
+        assert observations.dtype == rewards.dtype == np.float32
+        assert dones.dtype == np.bool_
+        assert isinstance(infos, list)
+        assert len(infos) == WORLDS
+        for done, info in zip(dones, infos, strict=True):
+            assert done == ("terminal_observation" in info) == ("outcome" in info)
+
+
+def test_every_world_does_what_its_single_environment_does() -> None:
+    envs, drive, ends = CorridorVecEnv(WORLDS, seed=6, **LIVELY), actions(), []
+    firsts, told = envs.reset(), [envs.step(action) for action in drive]
+    for i in range(WORLDS):
+        env = CorridorEnv(**LIVELY)
+        observation, _ = env.reset(seed=6 + i)
+        assert np.array_equal(firsts[i], observation)
+        for action, (observations, rewards, dones, infos) in zip(drive[:, i], told, strict=True):
+            observation, reward, terminated, truncated, info = env.step(action)
+            assert rewards[i] == pytest.approx(reward, abs=1e-5)
+            assert infos[i]["cost"] == pytest.approx(info["cost"])
+            assert dones[i] == (terminated or truncated)
+            if dones[i]:
+                last = infos[i]
+                assert last["terminal_observation"] == pytest.approx(observation, abs=1e-6)
+                assert last["TimeLimit.truncated"] == truncated
+                assert last["outcome"] == info["outcome"]
+                assert last["reward_terms"] == pytest.approx(info["reward_terms"])
+                ends.append(info["outcome"])
+                observation, _ = env.reset()
+            assert observations[i] == pytest.approx(observation, abs=1e-6)
+    assert {"contact_person", "timeout"} <= set(ends)
+
+
+def test_reset_infos_tell_of_the_episode_that_runs_now() -> None:
+    envs, env = CorridorVecEnv(2, seed=3, max_episode_steps=2), CorridorEnv()
+    envs.reset()
+    scenarios = [env.reset(seed=3)[1]["scenario_key"], env.reset()[1]["scenario_key"]]
+    assert envs.reset_infos[0]["scenario_key"] == scenarios[0]
+    for _ in range(2):
+        envs.step(np.zeros((2, 1)))
+    assert envs.reset_infos[0]["scenario_key"] == scenarios[1]
+    assert envs.reset_infos[0]["place"] == "corridor"
+    assert envs.reset_infos[0]["time_free_s"] == pytest.approx(env.reset()[1]["time_free_s"])
+
+
+# --- the value of a truncated episode ------------------------------------------------------------
+
+
+class Rewards(BaseCallback):
+    """Notes what the environment itself paid, and how each step ended."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.paid: list[Any] = []
+        self.infos: list[Any] = []
+
+    def _on_step(self) -> bool:
+        self.paid.append(self.locals["rewards"].copy())
+        self.infos.append(self.locals["infos"])
+        return True
+
+
+def test_ppo_adds_the_value_of_the_last_observation_where_time_ran_out_only() -> None:
+    model = PPO(
+        "MlpPolicy",
+        CorridorVecEnv(WORLDS, seed=1, **LIVELY),
+        n_steps=STEPS,
+        batch_size=STEPS,
+        n_epochs=1,
+        gamma=0.9,
+        seed=0,
+        device="cpu",
+    )
+    value = np.arange(48.0)
+    weights = model.policy.obs_to_tensor(value)[0].flatten()
+    model.policy.predict_values = lambda seen: (seen.double() @ weights.double()).reshape(-1, 1)
+    told = Rewards()
+    model.learn(STEPS * WORLDS, callback=told)
+    truncated = terminated = 0
+    for t, infos in enumerate(told.infos):
+        for i, info in enumerate(infos):
+            added = model.rollout_buffer.rewards[t, i] - told.paid[t][i]
+            if info.get("TimeLimit.truncated"):
+                assert info["outcome"] == "timeout"
+                assert added == pytest.approx(0.9 * info["terminal_observation"] @ value, rel=1e-5)
+                truncated += 1
+            else:
+                assert added == 0.0
+                terminated += "outcome" in info
+    assert truncated > 2
+    assert terminated > 2
+
+
+# --- wrappers and learning -----------------------------------------------------------------------
+
+
+def test_monitored_episodes_agree_with_our_own_counts() -> None:
+    envs = VecMonitor(CorridorVecEnv(WORLDS, seed=0, **LIVELY))
+    envs.reset()
+    returns, lengths, episodes = np.zeros(WORLDS), np.zeros(WORLDS, np.int64), 0
+    for action in actions():
+        _, rewards, dones, infos = envs.step(action)
+        returns, lengths = returns + rewards, lengths + 1
+        for i in np.flatnonzero(dones):
+            assert infos[i]["episode"]["r"] == pytest.approx(returns[i], abs=1e-3)
+            assert infos[i]["episode"]["l"] == lengths[i]
+            returns[i], lengths[i], episodes = 0.0, 0, episodes + 1
+    assert episodes > 4
+
+
+def test_normalized_observations_go_along_with_the_last_ones() -> None:
+    envs = VecNormalize(CorridorVecEnv(WORLDS, seed=0, **LIVELY))
+    plain = CorridorVecEnv(WORLDS, seed=0, **LIVELY)
+    envs.reset(), plain.reset()
+    ends = 0
+    for action in actions():
+        observations, _, dones, infos = envs.step(action)
+        raw, _, _, raw_infos = plain.step(action)
+        assert observations == pytest.approx(envs.normalize_obs(raw), abs=1e-6)
+        for i in np.flatnonzero(dones):
+            last = envs.normalize_obs(raw_infos[i]["terminal_observation"])
+            assert infos[i]["terminal_observation"] == pytest.approx(last, abs=1e-6)
+            ends += 1
+    assert ends > 4
+    assert np.abs(envs.obs_rms.mean).max() > 0.1
+
+
+def learn(algorithm: Any, steps: int, **options: Any) -> None:
+    """Train for some steps, and check that what was learned drives."""
+    envs = VecNormalize(VecMonitor(CorridorVecEnv(WORLDS, **LIVELY)))
+    model = algorithm("MlpPolicy", envs, seed=0, device="cpu", **options)
+    model.learn(steps)
+    assert model.num_timesteps >= steps
+    assert all(np.isfinite(p.detach().numpy()).all() for p in model.policy.parameters())
+    fresh = VecMonitor(CorridorVecEnv(WORLDS, seed=9, **LIVELY))
+    assert np.isfinite(evaluate_policy(model, fresh, n_eval_episodes=4)[0])
+
+
+def test_ppo_and_sac_learn_for_a_moment() -> None:
+    learn(PPO, 400, n_steps=50, batch_size=50, n_epochs=1)
+    learn(SAC, 400, learning_starts=300)
+
+
+def test_ppo_learns_with_discrete_actions() -> None:
+    envs = CorridorVecEnv(WORLDS, action_type="discrete", **LIVELY)
+    PPO("MlpPolicy", envs, n_steps=50, batch_size=50, device="cpu").learn(200)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("algorithm", [PPO, SAC])
+def test_ppo_and_sac_learn_for_20000_steps(algorithm: Any) -> None:
+    learn(algorithm, 20_000)
+
+
+def test_the_same_seed_trains_the_same_model() -> None:
+    one, other = (
+        PPO("MlpPolicy", CorridorVecEnv(2, **LIVELY), n_steps=32, seed=5, device="cpu").learn(64)
+        for _ in range(2)
+    )
+    for mine, others in zip(one.policy.parameters(), other.policy.parameters(), strict=True):
+        assert np.array_equal(mine.detach().numpy(), others.detach().numpy())
+
+
+# --- seeds, attributes, refusals -----------------------------------------------------------------
+
+
+def test_a_seed_is_used_once_and_reproduces() -> None:
+    envs = CorridorVecEnv(3)
+    assert list(envs.seed(7)) == [7, 8, 9]
+    first, second = envs.reset(), envs.reset()
+    assert not np.array_equal(first, second)
+    envs.seed(7)
+    assert np.array_equal(envs.reset(), first)
+    assert np.array_equal(envs.reset(), second)
+    assert np.array_equal(CorridorVecEnv(3, seed=7).reset(), first)
+
+
+def test_a_pickled_batch_goes_on_alike() -> None:
+    envs = CorridorVecEnv(WORLDS, seed=0, **LIVELY)
+    envs.reset()
+    for action in actions()[:50]:
+        envs.step(action)
+    twin = pickle.loads(pickle.dumps(envs))
+    for action in actions()[50:]:
+        (*one, _), (*other, _) = envs.step(action), twin.step(action)
+        assert all(np.array_equal(mine, others) for mine, others in zip(one, other, strict=True))
+
+
+def test_attributes_are_read_and_nothing_single_can_be_changed_or_called() -> None:
+    envs = CorridorVecEnv(3)
+    assert envs.get_attr("num_envs") == [3, 3, 3]
+    assert envs.get_attr("render_mode", [0, 2]) == [None, None]
+    assert envs.env_is_wrapped(VecMonitor) == [False, False, False]
+    with pytest.raises(InvalidInput, match=r"^set_attr: given 'config'"):
+        envs.set_attr("config", None)
+    with pytest.raises(InvalidInput, match=r"^env_method: given 'snapshot'"):
+        envs.env_method("snapshot")
+    envs.close()
+    envs.close()
+
+
+def test_bad_input_is_refused_in_one_line() -> None:
+    envs = CorridorVecEnv(3)
+    with pytest.raises(InvalidInput, match=r"^step: no episode has begun"):
+        envs.step(np.zeros((3, 1)))
+    envs.reset()
+    with pytest.raises(InvalidInput, match=r"^actions: given float64 of shape"):
+        envs.step(np.zeros((2, 1)))
+    with pytest.raises(InvalidInput, match=r"^num_envs: given 0"):
+        CorridorVecEnv(0)
