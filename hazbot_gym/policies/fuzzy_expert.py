@@ -169,7 +169,7 @@ class FuzzyExpert:
         deterministic: bool = True,
     ) -> tuple[Actions, Any]:
         """Return the action for the slowest answer to any person; see ``base.Policy.predict``."""
-        rows = np.atleast_2d(np.asarray(observation, np.float32))
+        rows = np.atleast_2d(np.ascontiguousarray(observation, np.float32))
         kept = np.empty(len(rows), np.float32)
         _answer(rows, _columns(rows.shape[1]), self.controller, self.release, kept)
         return speed_action(kept.reshape(np.shape(observation)[:-1])), state

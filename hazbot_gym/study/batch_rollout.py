@@ -51,7 +51,7 @@ def run_episodes(
 
 
 def try_out(config: Config, policies: Mapping[str, Policy]) -> None:
-    """Make an environment and ask each policy about two blank observations.
+    """Make an environment, ask each policy about two blank observations, and take a step.
 
     Raises:
         InvalidInput: the environment cannot be made, or a policy cannot act on stacked observations
@@ -60,6 +60,9 @@ def try_out(config: Config, policies: Mapping[str, Policy]) -> None:
     worlds = CorridorVectorEnv(2, config)
     for name, policy in policies.items():
         _try_policy(policy, name, np.zeros(worlds.observation_space.shape, np.float32))
+    worlds.reset(seed=0)
+    worlds.step(np.zeros_like(worlds.action_space.sample()))
+    worlds.free_times_s()
 
 
 def _try_policy(policy: Policy, name: str, blank: npt.NDArray[np.float32]) -> None:

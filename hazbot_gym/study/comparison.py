@@ -54,7 +54,7 @@ def run_study(
     Args:
         study: what to run.
         out: folder of the results, new, empty or this study's own.
-        workers: number of threads, of processes for the engine pymunk; None for one a core.
+        workers: number of processes, or of threads for a single shard; None for one a core.
         console: where progress goes; None for nowhere.
 
     Raises:
@@ -92,7 +92,7 @@ def plan(study: StudyConfig, out: Path) -> Iterator[Shard]:
 def rehearse(study: StudyConfig) -> dict[str, Any]:
     """Try every policy out in every set, so that bad input shows before any work.
 
-    For the engine pymunk it also compiles the kernels, before the workers load them from the cache.
+    It also compiles the kernels once, before the workers load them from the cache.
 
     Returns:
         The resolved config of every set's environment.
@@ -139,8 +139,8 @@ def _run(shards: list[Shard], *, workers: int, console: Console) -> None:
     """Run shards and write each as soon as it is done."""
     if not shards:
         return
-    is_batched = shards[0].block.engine == "batched"
-    run = _run_one_by_one if is_batched else _run_in_processes
+    # Processes start slowly; a single block has the engine's threads instead.
+    run = _run_in_processes if len(shards) > 1 and workers > 1 else _run_here
     with _progress(console) as progress:
         task = progress.add_task("episodes", total=sum(shard.block.episodes for shard in shards))
         for shard, rows in run(shards, workers):
@@ -148,8 +148,8 @@ def _run(shards: list[Shard], *, workers: int, console: Console) -> None:
             progress.advance(task, shard.block.episodes)
 
 
-def _run_one_by_one(shards: list[Shard], workers: int) -> Iterator[tuple[Shard, list[Row]]]:
-    """Yield shards and their rows from this process; the engine itself uses the threads."""
+def _run_here(shards: list[Shard], workers: int) -> Iterator[tuple[Shard, list[Row]]]:
+    """Yield shards and their rows, one after the other."""
     for shard in shards:
         yield shard, run_block(shard.block, threads=workers)
 

@@ -74,7 +74,7 @@ def test_random_decisions_stay_in_their_spaces() -> None:
     assert fuzz(200_000, rounds=1) <= set(OUTCOME_NAMES)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_ten_million_random_decisions_stay_in_their_spaces_and_in_memory() -> None:
     fuzz(500_000, rounds=len(OPTIONS))  # everything is loaded and compiled
     gc.collect()

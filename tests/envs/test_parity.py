@@ -23,6 +23,7 @@ from hazbot_gym.envs.registration import ENVIRONMENTS
 from hazbot_gym.envs.vector import CorridorVectorEnv
 from hazbot_gym.policies.fuzzy_expert import FuzzyExpert
 from hazbot_gym.sim import world as world_module
+from hazbot_gym.task.reward import TERMS
 
 SCENARIOS = int(os.environ.get("HAZBOT_PARITY", "0"))  # of each combination; 0: a few of some
 EPISODES = 5 if SCENARIOS else 1  # one after the other in a world
@@ -89,7 +90,8 @@ def in_batch(
 def batch_row(envs: CorridorVectorEnv, observations: Any, rewards: Floats, info: Any) -> Any:
     nobody = np.full(envs.num_envs, None)
     speeds = info.get("contact_speed_mps", np.zeros(envs.num_envs))
-    numbers = np.transpose([rewards, info["cost"], *info["reward_terms"].values(), speeds])
+    terms = [info["reward_terms"][name] for name in TERMS]
+    numbers = np.transpose([rewards, info["cost"], *terms, speeds])
     outcomes, causes = info.get("outcome", nobody), info.get("contact_caused_by", nobody)
     ends = [f"{how} {by}" if how else "" for how, by in zip(outcomes, causes, strict=True)]
     return observations, numbers, envs._worlds.robots.copy(), envs._worlds.people.copy(), ends
@@ -231,7 +233,7 @@ def test_a_world_goes_through_the_scenarios_of_a_single_environment() -> None:
     assert len(ends) == 80
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("model", ["replay", "seeded"])
 def test_real_tracks_are_replayed_alike(model: str, tracks_dir: Path) -> None:
     worst, _ = compare(*pair(4, tracks=str(tracks_dir), people={"model": model}), seed=1)
@@ -347,7 +349,7 @@ def test_a_hundredth_in_the_reference_engine_is_noticed(leaf: str, story: Story)
     assert gap(batch, 0, alone(CorridorEnv(changed(RICH, leaf)), story.taken[:, 0], 5)) > TOLERANCE
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_hundredth_of_any_constant_is_noticed() -> None:
     scripted = RICH.people.model_copy(update={"model": "scripted"})
     bumping = RICH.model_copy(update={"place": "doorway", "people": scripted})

@@ -189,7 +189,7 @@ def test_ppo_learns_with_discrete_actions() -> None:
     PPO("MlpPolicy", envs, n_steps=50, batch_size=50, device="cpu").learn(200)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("algorithm", [PPO, SAC])
 def test_ppo_and_sac_learn_for_20000_steps(algorithm: Any) -> None:
     learn(algorithm, 20_000)

@@ -234,6 +234,32 @@ def test_stacked_observations_get_the_actions_of_each(tier: str) -> None:
     assert -1.0 < actions[2] < actions[1] < 1.0
 
 
+@pytest.mark.parametrize("release", [False, True])
+def test_compiled_answer_is_that_of_the_formulas_for_observations_as_they_come(
+    release: bool,
+) -> None:
+    rng = np.random.default_rng(5)
+    layout = LAYOUTS["tracks"]
+    rows = rng.uniform(layout.low, layout.high, (200, layout.width))  # of any layout in memory
+    expert, seen = FuzzyExpert(release=release), layout.decode(rows.astype(np.float32))
+    expected = np.ones(len(rows))
+    for i in range(3):
+        flags = [seen[f"person{i}_{name}"] > 0.5 for name in PATTERN_NAMES]
+        pattern = np.where(np.any(flags, axis=0), np.argmax(flags, axis=0), NO_PATTERN)
+        distance = seen[f"person{i}_distance_m"]
+        counts = seen[f"person{i}_present"] > 0.5
+        is_behind = (seen[f"person{i}_bearing_cos"] < 0) & (seen[f"person{i}_closing_mps"] < 0)
+        counts &= ~(release & is_behind & (distance > 1.5))
+        for k in np.flatnonzero(counts):
+            speed = seen[f"person{i}_speed_mps"][k]
+            one = kept_fraction(distance[k], speed, int(pattern[k]), expert.controller)
+            expected[k] = min(expected[k], one)
+
+    for observations in (rows, np.asfortranarray(rows), rows.astype(np.float32)):
+        actions = expert.predict(observations)[0]
+        assert actions[:, 0] == pytest.approx(2.0 * expected - 1.0, abs=1e-6)
+
+
 def test_sonar_observations_are_refused_in_one_line() -> None:
     with pytest.raises(InvalidInput, match="given are sonar observations; allowed are tier tracks"):
         FuzzyExpert().predict(observe(tier="sonar"))
