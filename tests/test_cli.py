@@ -152,6 +152,15 @@ def test_study_writes_its_files_and_shows_a_table(empty_folder: Path) -> None:
     assert written == {"manifest.json", "shards", "episodes.parquet", "summary.json"}
 
 
+@pytest.mark.slow
+def test_quick_benchmark_prints_and_writes_its_record(empty_folder: Path) -> None:
+    result = hazbot("bench", "--quick", "--json", "bench.json")
+    assert result.exit_code == 0, result.output
+    assert "batched, 8192 worlds, 10 people" in result.stdout
+    record = json.loads((empty_folder / "bench.json").read_text())
+    assert {"hazbot_gym/Corridor-v0", "CartPole-v1", "ratio", "cases", "goals"} < set(record)
+
+
 def test_help_is_quick_and_loads_nothing_heavy() -> None:
     command = (
         "import sys; sys.argv = ['hazbot', '--help']\n"

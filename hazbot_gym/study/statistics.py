@@ -73,9 +73,8 @@ def bootstrap_mean(values: npt.ArrayLike, draws: Floats, *, confidence: float = 
     known = np.isfinite(value)
     if not known.any():
         return Estimate(np.nan, np.nan, np.nan)
-    weights = draws[:, known]
-    sizes = weights.sum(axis=1)
-    means = (weights @ value[known])[sizes > 0] / sizes[sizes > 0]
+    sizes = draws @ known.astype(float)
+    means = (draws @ np.where(known, value, 0.0))[sizes > 0] / sizes[sizes > 0]
     low, high = np.quantile(means, [(1 - confidence) / 2, (1 + confidence) / 2])
     return Estimate(float(value[known].mean()), float(low), float(high))
 

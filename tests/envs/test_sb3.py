@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import torch
 from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.evaluation import evaluate_policy
@@ -24,6 +25,8 @@ LIVELY: dict[str, Any] = {
     "max_episode_steps": 90,
 }
 WORLDS, STEPS = 4, 200
+
+torch.set_num_threads(1)  # the networks are too small to share among cores
 
 
 def actions(seed: int = 0) -> Floats:

@@ -206,14 +206,14 @@ def test_an_edited_policy_of_ones_own_is_run_again_and_no_other(
     study = load_study(
         policies=["constant:1.0", "my_policy_under_test:Mine"],
         sets=["E*"],
-        episodes=1,
-        engine="pymunk",
+        episodes=2,
+        episodes_per_shard=1,
     )
     run_study(study, tmp_path / "out")
-    assert len(inline.blocks) == 2
+    assert len(inline.blocks) == 4
     source.write_text(text + "# better\n")
     run_study(study, tmp_path / "out")
-    assert [block.policy for block in inline.blocks] == ["my_policy_under_test:Mine"]
+    assert [block.policy for block in inline.blocks] == ["my_policy_under_test:Mine"] * 2
 
 
 def test_a_folder_of_another_study_is_refused_and_left_alone(
