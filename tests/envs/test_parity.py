@@ -365,13 +365,3 @@ def test_a_wider_robot_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(world_module, "ROBOT_RADIUS_M", 0.303)
     engines = pair(8, preset=ENVIRONMENTS["Doorway-v0"][1], people={"model": "scripted"})
     assert compare(*engines, seed=50)[0] > TOLERANCE
-
-
-@pytest.fixture(scope="session")
-def tracks_dir() -> Path:
-    """Return the folder of real tracks: $HAZBOT_TRACKS, or shared/data beside the repository."""
-    beside = Path(__file__).parents[3] / "shared" / "data"
-    folder = Path(os.environ.get("HAZBOT_TRACKS") or beside)
-    if not folder.is_dir():
-        pytest.skip("real tracks are not here: set HAZBOT_TRACKS to their folder")
-    return folder
