@@ -11,28 +11,27 @@ import math
 
 import numpy as np
 
-from hazbot_gym.core.jit import scalar
+from hazbot_gym.core.elementary import sin_cos
+from hazbot_gym.core.jit import inlined, scalar
 from hazbot_gym.core.state import PATH_PIECE, Floats, Records, records
 
 STRAIGHT_PER_M = 1e-9  # curvature below which a piece is treated as a line [1/m]
 
 
-@scalar
+@inlined
 def wrap_angle(angle: float) -> float:
     """Return the angle in (-pi, pi]."""
-    if -math.pi < angle <= math.pi:  # the usual case, without a division
-        return angle
-    wrapped = math.pi - (math.pi - angle) % (2.0 * math.pi)
-    return wrapped if wrapped > -math.pi else math.pi  # the remainder may round up to 2 pi
+    turns = np.ceil((angle - math.pi) / (2.0 * math.pi))
+    return min(angle - turns * (2.0 * math.pi), math.pi)
 
 
-@scalar
+@inlined
 def clip(value: float, low: float, high: float) -> float:
     """Return the value held between two bounds."""
     return min(max(value, low), high)
 
 
-@scalar
+@inlined
 def norm(x: float, y: float) -> float:
     """Return the length of a vector; distances here need none of the care that slows hypot down."""
     return math.sqrt(x * x + y * y)
@@ -105,14 +104,15 @@ def path_pose(path: Records, s: float) -> tuple[float, float, float, float]:
     curvature = piece.curvature
     heading = piece.heading + curvature * on_piece
     if abs(curvature) < STRAIGHT_PER_M:
-        x = piece.x + on_piece * math.cos(piece.heading)
-        y = piece.y + on_piece * math.sin(piece.heading)
+        cosine, sine = piece.cos, piece.sin
+        x, y = piece.x + on_piece * cosine, piece.y + on_piece * sine
     else:
-        x = piece.x + (math.sin(heading) - math.sin(piece.heading)) / curvature
-        y = piece.y - (math.cos(heading) - math.cos(piece.heading)) / curvature
+        sine, cosine = sin_cos(heading)
+        x = piece.x + (sine - piece.sin) / curvature
+        y = piece.y - (cosine - piece.cos) / curvature
     if beyond != 0.0:
-        x += beyond * math.cos(heading)
-        y += beyond * math.sin(heading)
+        x += beyond * cosine
+        y += beyond * sine
         curvature = 0.0
     return x, y, heading, curvature
 
@@ -175,7 +175,8 @@ def _chain(x: float, y: float, heading: float, pieces: list[tuple[float, float]]
     path = records(PATH_PIECE, len(pieces))
     s = 0.0
     for i, (length, curvature) in enumerate(pieces):
-        path[i] = (s, length, x, y, heading, curvature)
+        sine, cosine = sin_cos(heading)
+        path[i] = (s, length, x, y, heading, curvature, cosine, sine)
         x, y, heading, _ = path_pose(path[i : i + 1].view(np.recarray), s + length)
         s += length
     return path

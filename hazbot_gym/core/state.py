@@ -112,6 +112,8 @@ PATH_PIECE = np.dtype(
         ("y", "f8"),
         ("heading", "f8"),  # tangent at the start [rad]
         ("curvature", "f8"),  # 0 for a straight piece, left turns positive [1/m]
+        ("cos", "f8"),  # of the heading
+        ("sin", "f8"),
     ],
     align=True,
 )

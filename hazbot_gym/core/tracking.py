@@ -12,8 +12,9 @@ from typing import Annotated, NamedTuple
 
 from annotated_types import Le
 
+from hazbot_gym.core.elementary import sin_cos
 from hazbot_gym.core.geometry import wrap_angle
-from hazbot_gym.core.jit import scalar
+from hazbot_gym.core.jit import inlined, scalar
 from hazbot_gym.core.kinematics import Pose, Twist
 
 
@@ -25,14 +26,14 @@ class TrackingGains(NamedTuple):
     a3: Annotated[float, Le(0)] = -0.5  # on sin(theta_e) [1/s]
 
 
-@scalar
+@inlined
 def pose_error(pose: Pose, reference: Pose) -> Pose:
     """Return actual minus reference pose in the robot's frame, xi_e = M(theta) (xi - xi_r) (eq 10).
 
     The heading error is in (-pi, pi].
     """
     dx, dy = pose.x - reference.x, pose.y - reference.y
-    c, s = math.cos(pose.theta), math.sin(pose.theta)
+    s, c = sin_cos(pose.theta)
     return Pose(c * dx + s * dy, c * dy - s * dx, wrap_angle(pose.theta - reference.theta))
 
 
@@ -53,7 +54,7 @@ def pose_error_rate(error: Pose, velocity: Twist, reference: Twist) -> Pose:
     )
 
 
-@scalar
+@inlined
 def tracking_law(error: Pose, reference: Twist, gains: TrackingGains) -> Twist:
     """Return the velocity that brings the robot onto its moving reference (eq 12c, SPEC section 2).
 
@@ -61,9 +62,10 @@ def tracking_law(error: Pose, reference: Twist, gains: TrackingGains) -> Twist:
     V = (x_e^2 + y_e^2)/2 + (1 - cos(theta_e))/|a2| then never grows.
     """
     v_r, omega_r = reference
+    sine, cosine = sin_cos(error.theta)
     return Twist(
-        v_r * math.cos(error.theta) + gains.a1 * error.x,
-        omega_r + gains.a2 * v_r * error.y + gains.a3 * math.sin(error.theta),
+        v_r * cosine + gains.a1 * error.x,
+        omega_r + gains.a2 * v_r * error.y + gains.a3 * sine,
     )
 
 

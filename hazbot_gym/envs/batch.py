@@ -12,14 +12,19 @@ import numpy as np
 import numpy.typing as npt
 
 from hazbot_gym.core.jit import lean_kernel, scalar
-from hazbot_gym.core.state import NO_PATTERN, Floats, Records
-from hazbot_gym.sim.batch import Mechanics, Worlds, step_world
-from hazbot_gym.sim.drive import place_robot
-from hazbot_gym.sim.people import social_step
+from hazbot_gym.core.state import NO_PATTERN, Floats, Record, Records
+from hazbot_gym.sim.batch import (
+    Mechanics,
+    Surroundings,
+    Worlds,
+    let_people_choose,
+    place_of,
+    step_group,
+)
+from hazbot_gym.sim.drive import LANES, place_robot
 from hazbot_gym.sim.perception import remember, sense_ranges, track_people
 from hazbot_gym.task.observation import encode
 from hazbot_gym.task.outcome import RUNNING, settle
-from hazbot_gym.task.place_table import place_at
 from hazbot_gym.task.reward import reward_terms
 from hazbot_gym.task.scenario import ScenarioTable, draw_scenario, recording_rows
 
@@ -32,8 +37,6 @@ class Episodes(NamedTuple):
 
     keys: npt.NDArray[np.uint64]  # (N, KEYS_AHEAD) keys of the next episodes
     used: npt.NDArray[np.int64]  # (N,) how many of them are used up
-    places: npt.NDArray[np.int64]  # (N,) row of the scenario table's places
-    rows: npt.NDArray[np.int64]  # (N,) first row of the recording
     is_over: Bools  # (N,) the episode has ended, a reset is due
 
 
@@ -51,6 +54,7 @@ class Problem(NamedTuple):
     """What is the same in all worlds, as arrays for kernels."""
 
     table: ScenarioTable
+    surroundings: Surroundings
     mechanics: Mechanics
     sensors: Records  # (1,) SensorParameters
     rules: Records  # (1,) Rules
@@ -64,9 +68,9 @@ class Problem(NamedTuple):
 
 
 @scalar
-def _look(i: int, worlds: Worlds, episodes: Episodes, problem: Problem, out: Observations) -> None:
+def _look(i: int, worlds: Worlds, problem: Problem, out: Observations) -> None:
     """Let the sensors of world i report, and write its observation."""
-    place = place_at(problem.table.places, episodes.places[i])
+    place = place_of(worlds, i, problem.surroundings)
     p, robot, key, step = problem.sensors[0], worlds.robots[i], worlds.keys[i], worlds.steps[i]
     people, tracks, history = worlds.people[i], worlds.tracks[i], worlds.history[i]
     sense_ranges(robot, people, place.walls, p.ultrasonic, key, step, worlds.ranges[i])
@@ -90,47 +94,46 @@ def _reset_world(
         for row in range(worlds.history.shape[1]):
             worlds.history[i, row, k].visible = 0
     place_index, first_row = draw_scenario(people, problem.table, key)
-    episodes.places[i], episodes.rows[i], episodes.is_over[i] = place_index, first_row, False
-    worlds.keys[i], worlds.steps[i] = key, 0
-    place = place_at(problem.table.places, place_index)
-    row, end = recording_rows(problem.table, place_index, first_row)
-    recording = problem.table.recorded.positions[row:end]
+    worlds.places[i], worlds.keys[i], worlds.steps[i] = place_index, key, 0
+    worlds.rows[i, 0], worlds.rows[i, 1] = recording_rows(problem.table, place_index, first_row)
+    episodes.is_over[i] = False
+    path = place_of(worlds, i, problem.surroundings).path
     place_robot(
-        worlds.robots[i], worlds.wheels[i], place.path, problem.start_speed_mps, m.drive[0], m.gains
+        worlds.robots[i], worlds.wheels[i], path, problem.start_speed_mps, m.drive[0], m.gains
     )
-    social_step(
-        people, place, worlds.robots[i], m.force[0], m.reactions, recording, key, 0, m.social_s
-    )
-    _look(i, worlds, episodes, problem, outputs.observations)
+    let_people_choose(worlds, i, problem.surroundings, m, 0)
+    _look(i, worlds, problem, outputs.observations)
 
 
 @scalar
-def _step_world(
-    i: int, command_mps: float, worlds: Worlds, episodes: Episodes, problem: Problem,
+def _decide(lane: int, group: Record, command_mps: float, worlds: Worlds, outputs: Outputs) -> None:
+    """Give a decision to the robot in a lane, and note how things stood before it."""
+    i = group.world[lane]
+    robot, decision = worlds.robots[i], outputs.decisions[i]
+    decision.advance = robot.s
+    decision.command_change = command_mps - robot.command
+    robot.command = command_mps
+
+
+@scalar
+def _judge(
+    lane: int, group: Record, worlds: Worlds, episodes: Episodes, problem: Problem,
     outputs: Outputs,
 ) -> None:  # fmt: skip
-    """Take one decision in world i."""
-    robot, decision = worlds.robots[i], outputs.decisions[i]
-    place = place_at(problem.table.places, episodes.places[i])
-    row, end = recording_rows(problem.table, episodes.places[i], episodes.rows[i])
-    recording = problem.table.recorded.positions[row:end]
-    s_before, command_before = robot.s, robot.command
-    robot.command = command_mps
-    contact = step_world(
-        robot, worlds.wheels[i], worlds.people[i], place, problem.mechanics, recording,
-        worlds.keys[i], worlds.steps[i],
-    )  # fmt: skip
+    """Work out what came of the decision in a lane, and what the sensors report after it."""
+    i = group.world[lane]
+    robot, decision, people = worlds.robots[i], outputs.decisions[i], worlds.people[i]
+    path = place_of(worlds, i, problem.surroundings).path
     worlds.steps[i] += 1
     nominal = problem.nominal_speed_mps
-    decision.advance = (robot.s - s_before) / (nominal * problem.decision_s)
-    decision.command_change = (command_mps - command_before) / nominal
+    decision.advance = (robot.s - decision.advance) / (nominal * problem.decision_s)
+    decision.command_change /= nominal
     decision.nominal_speed_mps = nominal
-    settle(
-        decision, robot, worlds.people[i], place.path, contact, worlds.steps[i], problem.rules[0]
-    )
-    reward_terms(robot, worlds.people[i], decision, outputs.terms[i])
-    _look(i, worlds, episodes, problem, outputs.observations)
-    outputs.steps[i] = worlds.steps[i]
+    contact, steps = group.contact[lane], worlds.steps[i]
+    settle(decision, robot, people, path, contact, steps, problem.rules[0])
+    reward_terms(robot, people, decision, outputs.terms[i])
+    _look(i, worlds, problem, outputs.observations)
+    outputs.steps[i] = steps
     episodes.is_over[i] = decision.outcome != RUNNING
 
 
@@ -156,24 +159,33 @@ def run_worlds(
     episodes: Episodes,
     problem: Problem,
     outputs: Outputs,
+    group: Records,
 ) -> None:
     """Step or reset those of the worlds ``first`` to ``last - 1`` that are in the mask.
 
     A world whose episode is over is reset, the others take a decision; with SAME_STEP a world is
     reset as soon as its episode ends. One kernel does both: each would take as long to compile.
+    ``group`` is a record to work in, of which each thread needs its own.
     """
-    for i in range(first, last):
-        if not mask[i]:
-            continue
-        if episodes.is_over[i]:
-            _reset_world(i, worlds, episodes, problem, outputs)
-            outputs.terms[i, :] = 0.0
-            outputs.decisions[i].outcome = RUNNING
-            outputs.steps[i] = 0
-            continue
-        command = _reflex(i, commands[i], worlds, reflex_stop_m)
-        _step_world(i, command, worlds, episodes, problem, outputs)
-        if is_same_step and episodes.is_over[i]:
-            for k in range(outputs.observations.shape[1]):
-                outputs.final_observations[i, k] = outputs.observations[i, k]
-            _reset_world(i, worlds, episodes, problem, outputs)
+    lanes, i = group[0], first
+    while i < last:
+        count = 0
+        while i < last and count < LANES:
+            if mask[i] and not episodes.is_over[i]:
+                lanes.world[count] = i
+                _decide(count, lanes, _reflex(i, commands[i], worlds, reflex_stop_m), worlds, outputs)
+                count += 1
+            elif mask[i]:
+                _reset_world(i, worlds, episodes, problem, outputs)
+                outputs.terms[i, :] = 0.0
+                outputs.decisions[i].outcome = RUNNING
+                outputs.steps[i] = 0
+            i += 1
+        step_group(lanes, count, worlds, problem.surroundings, problem.mechanics)
+        for lane in range(count):
+            _judge(lane, lanes, worlds, episodes, problem, outputs)
+            ended = lanes.world[lane]
+            if is_same_step and episodes.is_over[ended]:
+                for k in range(outputs.observations.shape[1]):
+                    outputs.final_observations[ended, k] = outputs.observations[ended, k]
+                _reset_world(ended, worlds, episodes, problem, outputs)

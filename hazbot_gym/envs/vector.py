@@ -34,12 +34,12 @@ from hazbot_gym.envs.batch_input import (
 )
 from hazbot_gym.envs.corridor import spaces_of
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.sim.batch import allocate, mechanics
+from hazbot_gym.sim.batch import GROUP, Surroundings, allocate, mechanics
 from hazbot_gym.sim.drive import free_time_s
 from hazbot_gym.sim.perception import sensor_parameters, tracker_of
 from hazbot_gym.task.observation import LAYOUTS
 from hazbot_gym.task.outcome import DECISION, RUNNING, TIMEOUT, Rules
-from hazbot_gym.task.place_table import place_at
+from hazbot_gym.core.place_table import place_at
 from hazbot_gym.task.reward import TERMS
 from hazbot_gym.task.scenario import Source
 
@@ -128,6 +128,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         self._free_times_s = np.full(len(source.names), np.nan)  # filled in where needed
         self._problem = Problem(
             table=source.table,
+            surroundings=Surroundings(source.table.places, source.table.recorded.positions),
             mechanics=mechanics(config),
             sensors=as_record(sensor_parameters(config)),
             rules=as_record(Rules(config.arrival_tolerance_m, config.max_episode_steps)),
@@ -137,11 +138,11 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             decision_s=config.clock.decision_s,
         )
         self._worlds = allocate(n, source.people, tracker_of(config).latency_steps)
+        self._blocks = _blocks(n, self._thread_count)
+        self._groups = [records(GROUP, 1) for _ in self._blocks]
         self._episodes = Episodes(
             keys=np.zeros((n, KEYS_AHEAD), np.uint64),
             used=np.full(n, KEYS_AHEAD, np.int64),
-            places=np.zeros(n, np.int64),
-            rows=np.zeros(n, np.int64),
             is_over=np.ones(n, np.bool_),
         )
         width = LAYOUTS[config.tier].width
@@ -204,14 +205,14 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
 
     def places(self) -> npt.NDArray[np.object_]:
         """Return what each world's place, or recording, is called (N,)."""
-        return self._place_names[self._episodes.places]
+        return self._place_names[self._worlds.places]
 
     def free_times_s(self) -> Floats:
         """Return how long each world's path takes alone at full speed (N,) [s]."""
-        places = self._episodes.places
+        places = self._worlds.places
         for i in np.unique(places[np.isnan(self._free_times_s[places])]):
             self._free_times_s[i] = free_time_s(
-                place_at(self._problem.table.places, i).path,
+                place_at(self._problem.surroundings.places, i).path,
                 self._problem.mechanics.drive,
                 self._problem.mechanics.gains,
                 self._problem.start_speed_mps,
@@ -246,13 +247,17 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             self._problem,
             self._outputs,
         )
-        blocks = _blocks(self.num_envs, self._thread_count)
+        blocks = self._blocks
         if len(blocks) == 1:
-            run_worlds(0, self.num_envs, *arguments)
+            run_worlds(0, self.num_envs, *arguments, self._groups[0])
             return
         if self._threads is None:
             self._threads = ThreadPoolExecutor(self._thread_count)
-        for job in [self._threads.submit(run_worlds, *block, *arguments) for block in blocks]:
+        jobs = [
+            self._threads.submit(run_worlds, *block, *arguments, group)
+            for block, group in zip(blocks, self._groups, strict=True)
+        ]
+        for job in jobs:
             job.result()
 
     def _may_step(self, due: Bools) -> None:

@@ -1,8 +1,8 @@
 """The batched engine: many worlds as arrays, stepped by the formulas of the pymunk engine.
 
 What ``sim/world.py`` asks pymunk for, contacts, is answered here by ``find_contact``; everything
-else is shared line by line. ``step_world`` advances one world by one decision and allocates
-nothing; ``envs/batch.py`` runs it over all worlds in parallel.
+else is shared line by line. ``step_group`` advances some worlds by one decision, their robots side
+by side in lanes, and allocates nothing; ``envs/batch.py`` runs it over all worlds in parallel.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy.typing as npt
 from hazbot_gym.config import Config
 from hazbot_gym.core.fuzzy_pid import gain_table
 from hazbot_gym.core.jit import scalar
+from hazbot_gym.core.place_table import PlaceTable, place_at
 from hazbot_gym.core.state import (
     NO_CONTACT,
     PERSON,
@@ -28,7 +29,17 @@ from hazbot_gym.core.state import (
     as_record,
 )
 from hazbot_gym.sim.contact import find_contact, slack
-from hazbot_gym.sim.drive import drive_parameters, drive_substep, update_pose_error
+from hazbot_gym.sim.drive import (
+    DRIVE_LANES,
+    LANES,
+    aim_lane,
+    drive_parameters,
+    drive_step,
+    load_lane,
+    store_lane,
+    update_pose_error,
+    values_of,
+)
 from hazbot_gym.sim.people import move_people, social_step
 from hazbot_gym.sim.perception import SENSORS
 
@@ -44,6 +55,26 @@ class Worlds(NamedTuple):
     ranges: Floats  # (N, 4) ultrasonic readings [m]
     keys: npt.NDArray[np.uint64]  # (N,) of the scenario
     steps: npt.NDArray[np.int64]  # (N,) decisions taken
+    places: npt.NDArray[np.int64]  # (N,) row of the surroundings' places
+    rows: npt.NDArray[np.int64]  # (N, 2) first row of the recording, and the row after its last
+
+
+class Surroundings(NamedTuple):
+    """What worlds stand in, shared by all that stand in the same."""
+
+    places: PlaceTable
+    positions: Floats  # (T, P, 2) of recorded people at every social step, all recordings [m]
+
+
+GROUP = np.dtype(
+    [
+        ("drive", DRIVE_LANES),
+        ("world", "i8", (LANES,)),  # which world is in a lane
+        ("contact", "i8", (LANES,)),  # whom its robot touches, WALL or NO_CONTACT
+        ("is_near", "i8", (LANES,)),  # 1 if something is in its reach in this social period
+    ],
+    align=True,
+)  # worlds that are stepped together
 
 
 class Mechanics(NamedTuple):
@@ -70,6 +101,8 @@ def allocate(worlds: int, people: int, latency_steps: int) -> Worlds:
         ranges=np.zeros((worlds, SENSORS)),
         keys=np.zeros(worlds, np.uint64),
         steps=np.zeros(worlds, np.int64),
+        places=np.zeros(worlds, np.int64),
+        rows=np.zeros((worlds, 2), np.int64),
     )
 
 
@@ -88,41 +121,90 @@ def mechanics(config: Config) -> Mechanics:
 
 
 @scalar
-def step_world(
-    robot: Record, wheels: Records, people: Records, place: Place, m: Mechanics, recording: Floats,
-    key: np.uint64, decision: int,
-) -> int:  # fmt: skip
-    """Drive one world for a decision period at ``robot.command``; return the contact, if any.
+def place_of(worlds: Worlds, i: int, surroundings: Surroundings) -> Place:
+    """Return the place that world i stands in."""
+    return place_at(surroundings.places, worlds.places[i])
+
+
+@scalar
+def let_people_choose(
+    worlds: Worlds, i: int, surroundings: Surroundings, m: Mechanics, step: int
+) -> None:
+    """Give the people of world i the velocities of their next social period."""
+    recording = surroundings.positions[worlds.rows[i, 0] : worlds.rows[i, 1]]
+    social_step(
+        worlds.people[i], place_of(worlds, i, surroundings), worlds.robots[i], m.force[0],
+        m.reactions, recording, worlds.keys[i], step, m.social_s,
+    )  # fmt: skip
+
+
+@scalar
+def step_group(
+    group: Record, count: int, worlds: Worlds, surroundings: Surroundings, m: Mechanics
+) -> None:
+    """Drive some worlds for a decision period at their robots' ``command``.
+
+    After a contact, time stands still in a world.
 
     Args:
-        robot: The robot's record, changed in place like wheels and people.
-        wheels: (2,) WHEEL records.
-        people: (P,) PERSON records.
-        place: Walls, path and routes.
+        group: Record of type ``GROUP``; which worlds is given, what their robots touch is written.
+        count: How many of the group's lanes are in use.
+        worlds: All worlds, changed in place.
+        surroundings: What they stand in.
         m: Parameters of robot and people.
-        recording: (T, P, 2) positions at every social step [m] for replayed people, else (0, 0, 2).
-        key: Key of the scenario's noise.
-        decision: Decisions taken so far.
-
-    Returns:
-        Index of the person touched, ``WALL`` or ``NO_CONTACT``; after a contact time stands still.
     """
-    first = decision * m.social_per_decision
-    for period in range(first, first + m.social_per_decision):
-        is_near = slack(people, place.walls, robot, m.social_s) <= 0.0
-        for k in range(m.physics_per_social):
-            step = period * m.physics_per_social + k
-            drive_substep(robot, wheels, place.path, m.drive[0], m.gains, key, step)
-            if is_near:
-                elapsed_s = (k + 1) * m.physics_s
-                contact = find_contact(people, place.walls, robot, elapsed_s)
-                if contact != NO_CONTACT:
-                    move_people(people, elapsed_s)
-                    update_pose_error(robot, place.path)
-                    return contact
+    for lane in range(count):
+        i = group.world[lane]
+        group.contact[lane] = NO_CONTACT
+        load_lane(group.drive, lane, worlds.robots[i], worlds.wheels[i])
+    for period in range(m.social_per_decision):
+        _drive_period(group, count, period, worlds, surroundings, m)
+        for lane in range(count):
+            i = group.world[lane]
+            if group.contact[lane] == NO_CONTACT:
+                store_lane(group.drive, lane, worlds.robots[i], worlds.wheels[i])
+                update_pose_error(worlds.robots[i], place_of(worlds, i, surroundings).path)
+                move_people(worlds.people[i], m.social_s)
+                step = worlds.steps[i] * m.social_per_decision + period + 1
+                let_people_choose(worlds, i, surroundings, m, step)
+
+
+@scalar
+def _drive_period(
+    group: Record, count: int, period: int, worlds: Worlds, surroundings: Surroundings,
+    m: Mechanics,
+) -> None:  # fmt: skip
+    """Drive a group's robots for a social period; look for contacts where something is near."""
+    for lane in range(count):
+        i = group.world[lane]
+        walls = place_of(worlds, i, surroundings).walls
+        nearest = slack(worlds.people[i], walls, worlds.robots[i], m.social_s)
+        group.is_near[lane] = nearest <= 0.0 and group.contact[lane] == NO_CONTACT
+    p = values_of(m.drive[0])
+    for k in range(m.physics_per_social):
+        for lane in range(count):
+            i = group.world[lane]
+            period_of_world = worlds.steps[i] * m.social_per_decision + period
+            step = period_of_world * m.physics_per_social + k
+            path = place_of(worlds, i, surroundings).path
+            aim_lane(group.drive, lane, path, m.drive[0], worlds.keys[i], step)
+        drive_step(group.drive, p, m.gains)
+        for lane in range(count):
+            if group.is_near[lane]:
+                _look_for_contact(group, lane, (k + 1) * m.physics_s, worlds, surroundings)
+
+
+@scalar
+def _look_for_contact(
+    group: Record, lane: int, elapsed_s: float, worlds: Worlds, surroundings: Surroundings
+) -> None:
+    """Note what the robot in a lane touches now; it and its people then stay as they are."""
+    i = group.world[lane]
+    robot, people, place = worlds.robots[i], worlds.people[i], place_of(worlds, i, surroundings)
+    robot.x, robot.y = group.drive.x[lane], group.drive.y[lane]
+    contact = find_contact(people, place.walls, robot, elapsed_s)
+    if contact != NO_CONTACT:
+        group.contact[lane], group.is_near[lane] = contact, False
+        store_lane(group.drive, lane, robot, worlds.wheels[i])
         update_pose_error(robot, place.path)
-        move_people(people, m.social_s)
-        social_step(
-            people, place, robot, m.force[0], m.reactions, recording, key, period + 1, m.social_s
-        )
-    return NO_CONTACT
+        move_people(people, elapsed_s)

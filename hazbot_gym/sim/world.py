@@ -32,7 +32,13 @@ from hazbot_gym.core.state import (
     records,
 )
 from hazbot_gym.sim.contact import slack
-from hazbot_gym.sim.drive import drive, drive_parameters, free_time_s, start_drive
+from hazbot_gym.sim.drive import (
+    DRIVE_LANES,
+    drive,
+    drive_parameters,
+    free_time_s,
+    start_drive,
+)
 from hazbot_gym.sim.people import move_people, social_step
 
 _ROBOT, _PERSON, _WALL = 1, 2, 3  # collision types
@@ -104,6 +110,7 @@ class World:
         self._reactions = np.concatenate([as_record(r) for r in config.people.reactions])
         self._tolerance_m = config.arrival_tolerance_m
         self.robots, self._wheels = records(ROBOT, 1), records(WHEEL, 2)
+        self._lanes = records(DRIVE_LANES, 1)
         self._x, self._y = self.robots["x"], self.robots["y"]
         self._space = pymunk.Space()
         for kind in (_PERSON, _WALL):
@@ -214,6 +221,7 @@ class World:
             self._key,
             first_step,
             substeps,
+            self._lanes,
         )
         dt_s = substeps * self._clock.physics_s
         _set_velocity(self._robot_body, ((self._x[0] - x) / dt_s, (self._y[0] - y) / dt_s))

@@ -27,7 +27,7 @@ from hazbot_gym.core.state import (
     records,
 )
 from hazbot_gym.task.crowd import Crowd, crowd_of, draw_people
-from hazbot_gym.task.place_table import PlaceTable, place_at, stack_places
+from hazbot_gym.core.place_table import PlaceTable, place_at, stack_places
 from hazbot_gym.task.places import load_place
 from hazbot_gym.task.recorded import (
     RecordedTable,

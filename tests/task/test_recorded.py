@@ -19,7 +19,7 @@ from hazbot_gym.core.state import (
     records,
 )
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.task.place_table import PlaceTable, stack_places
+from hazbot_gym.core.place_table import PlaceTable, stack_places
 from hazbot_gym.task.recorded import (
     START_ROOM_M,
     RecordedTable,
