@@ -113,7 +113,7 @@ def measurement_noise(p: DriveParameters, key: np.uint64, step: int) -> tuple[fl
     )
 
 
-@scalar
+@inlined
 def loop_gains(error: float, derivative: float, p: DriveParameters, gain_table: Floats) -> PidGains:
     """Return the gains of a wheel loop for its present error: fuzzy (15) or fixed."""
     if p.wheel_loop == FUZZY_PID:
