@@ -37,7 +37,7 @@ def norm(x: float, y: float) -> float:
     return math.sqrt(x * x + y * y)
 
 
-@scalar
+@inlined
 def nearest_on_segment(
     px: float, py: float, x1: float, y1: float, x2: float, y2: float
 ) -> tuple[float, float]:
@@ -48,6 +48,19 @@ def nearest_on_segment(
     if squared > 0.0:
         t = clip(((px - x1) * dx + (py - y1) * dy) / squared, 0.0, 1.0)
     return x1 + t * dx, y1 + t * dy
+
+
+@inlined
+def is_near_line(
+    px: float, py: float, x1: float, y1: float, x2: float, y2: float, reach: float
+) -> bool:
+    """Tell whether the line through a segment comes within reach of (px, py), without a division.
+
+    If not, the segment itself does not either.
+    """
+    dx, dy = x2 - x1, y2 - y1
+    cross = (px - x1) * dy - (py - y1) * dx
+    return cross * cross <= reach * reach * (dx * dx + dy * dy)
 
 
 @scalar

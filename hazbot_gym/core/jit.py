@@ -27,6 +27,8 @@ from hazbot_gym.core import notice
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
+LANES = 16  # robots, or people, that are computed side by side; vector instructions take 4 or 8
+
 notice.install()
 
 

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from hazbot_gym.core.jit import scalar
+from hazbot_gym.core.jit import inlined, scalar
 
 # Streams: who draws. A new consumer takes a new number; a used one never changes its meaning.
 SCENARIO, WHEELS, SONAR, TRACKER, CROWD = 1, 2, 3, 4, 5
@@ -24,9 +24,10 @@ _WEYL_1 = np.uint64(0xBB67AE85)
 _LOW = np.uint64(0xFFFFFFFF)
 _SHIFT = np.uint64(32)
 _TO_UNIT = 1.0 / 4294967296.0
+_SQRT_3 = math.sqrt(3.0)
 
 
-@scalar
+@inlined
 def philox4x32(
     c0: np.uint64, c1: np.uint64, c2: np.uint64, c3: np.uint64, key: np.uint64
 ) -> tuple[np.uint64, np.uint64, np.uint64, np.uint64]:
@@ -47,7 +48,7 @@ def philox4x32(
     return c0, c1, c2, c3
 
 
-@scalar
+@inlined
 def uniform4(
     key: np.uint64, stream: int, step: int, index: int
 ) -> tuple[float, float, float, float]:
@@ -59,6 +60,12 @@ def uniform4(
         (np.float64(c) + 0.5) * _TO_UNIT,
         (np.float64(d) + 0.5) * _TO_UNIT,
     )
+
+
+@inlined
+def uniform_noise(u: float) -> float:
+    """Return zero-mean noise of standard deviation 1 from a uniform number: sqrt(3) (2 u - 1)."""
+    return _SQRT_3 * (2.0 * u - 1.0)
 
 
 @scalar

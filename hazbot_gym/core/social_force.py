@@ -16,8 +16,9 @@ from typing import Annotated, NamedTuple
 
 from annotated_types import Ge, Gt, Le
 
+from hazbot_gym.core.elementary import decay, sin_cos
 from hazbot_gym.core.geometry import norm
-from hazbot_gym.core.jit import scalar
+from hazbot_gym.core.jit import inlined
 
 
 class SocialForce(NamedTuple):
@@ -38,7 +39,7 @@ class SocialForce(NamedTuple):
     view_angle_rad: Annotated[float, Gt(0)] = math.radians(100.0)  # phi, to each side (HM95)
     sidestep_mps2: Annotated[float, Ge(0)] = 2.0  # strength of stepping aside when met head-on
     sidestep_range_m: Annotated[float, Gt(0)] = 3.0  # from where on (surface to surface)
-    jitter_mps2: Annotated[float, Ge(0)] = 0.2  # fluctuation term of HM95, sd per social step
+    jitter_mps2: Annotated[float, Ge(0)] = 0.2  # fluctuation term of HM95, uniform: sd per step
 
 
 class Reaction(NamedTuple):
@@ -55,7 +56,7 @@ WARY = Reaction(gain=1.5, range_m=6.0)  # keeps away; at 2.5 it would not pass i
 CURIOUS = Reaction(gain=0.6, attraction_mps2=0.4)  # comes to have a look
 
 
-@scalar
+@inlined
 def goal_force(
     vx: float, vy: float, ex: float, ey: float, desired_speed: float, relaxation_time_s: float
 ) -> tuple[float, float]:
@@ -66,7 +67,7 @@ def goal_force(
     )
 
 
-@scalar
+@inlined
 def elliptical_repulsion(
     rx: float, ry: float, sx: float, sy: float, strength: float, range_m: float
 ) -> tuple[float, float]:
@@ -87,7 +88,7 @@ def elliptical_repulsion(
     ahead = max(norm(rx - sx, ry - sy), 1e-6)
     total = distance + ahead
     b = 0.5 * math.sqrt(max(total * total - sx * sx - sy * sy, 1e-8))
-    magnitude = strength * math.exp(-b / range_m) * total / (4.0 * b)
+    magnitude = strength * decay(-b / range_m) * total / (4.0 * b)
     # Near the axis of the ellipse the gradient grows without bound; nobody accelerates beyond that.
     magnitude = min(magnitude, strength)
     return (
@@ -96,17 +97,14 @@ def elliptical_repulsion(
     )
 
 
-@scalar
+@inlined
 def view_weight(ex: float, ey: float, fx: float, fy: float, force: SocialForce) -> float:
     """Return w(e, f): 1 if the cause of force f is in view, else c (HM95 eqs 8, 9)."""
-    magnitude = norm(fx, fy)
-    if magnitude == 0.0:
-        return 1.0
-    in_view = -(ex * fx + ey * fy) >= magnitude * math.cos(force.view_angle_rad)
+    in_view = -(ex * fx + ey * fy) >= norm(fx, fy) * sin_cos(force.view_angle_rad)[1]
     return 1.0 if in_view else force.anisotropy
 
 
-@scalar
+@inlined
 def wall_force(
     nx: float, ny: float, distance: float, strength: float, range_m: float
 ) -> tuple[float, float]:
@@ -119,11 +117,11 @@ def wall_force(
         strength: U0/R [m/s^2].
         range_m: R [m].
     """
-    magnitude = strength * math.exp(-max(distance, 0.0) / range_m)
+    magnitude = strength * decay(-max(distance, 0.0) / range_m)
     return magnitude * nx, magnitude * ny
 
 
-@scalar
+@inlined
 def sidestep_force(
     rx: float, ry: float, ex: float, ey: float, gap_m: float, force: SocialForce
 ) -> tuple[float, float]:
@@ -143,10 +141,9 @@ def sidestep_force(
     """
     distance = max(norm(rx, ry), 1e-6)
     ahead = (rx * ex + ry * ey) / distance
-    if ahead <= 0.0 or gap_m >= force.sidestep_range_m:
-        return 0.0, 0.0
     obstacle_on_left = ex * ry - ey * rx >= -1e-3 * distance
     side = 1.0 if obstacle_on_left else -1.0
-    magnitude = force.sidestep_mps2 * (1.0 - max(gap_m, 0.0) / force.sidestep_range_m)
-    magnitude *= ahead**4
-    return side * magnitude * ey, -side * magnitude * ex
+    nearness = min(max(1.0 - max(gap_m, 0.0) / force.sidestep_range_m, 0.0), 1.0)
+    squared = max(ahead, 0.0) * max(ahead, 0.0)
+    magnitude = side * force.sidestep_mps2 * nearness * (squared * squared)
+    return magnitude * ey, -magnitude * ex

@@ -11,18 +11,19 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from hazbot_gym.core.jit import lean_kernel, scalar
+from hazbot_gym.core.jit import LANES, lean_kernel, scalar
 from hazbot_gym.core.state import NO_PATTERN, Floats, Record, Records
 from hazbot_gym.sim.batch import (
     Mechanics,
     Surroundings,
     Worlds,
-    let_people_choose,
     place_of,
+    start_people,
     step_group,
 )
-from hazbot_gym.sim.drive import LANES, place_robot
+from hazbot_gym.sim.drive import place_robot
 from hazbot_gym.sim.perception import remember, sense_ranges, track_people
+from hazbot_gym.sim.walking import Bench
 from hazbot_gym.task.observation import encode
 from hazbot_gym.task.outcome import RUNNING, settle
 from hazbot_gym.task.reward import reward_terms
@@ -81,7 +82,7 @@ def _look(i: int, worlds: Worlds, problem: Problem, out: Observations) -> None:
 
 @scalar
 def _reset_world(
-    i: int, worlds: Worlds, episodes: Episodes, problem: Problem, outputs: Outputs
+    i: int, worlds: Worlds, episodes: Episodes, problem: Problem, outputs: Outputs, bench: Bench
 ) -> None:
     """Start the next episode of world i."""
     m, people, tracks = problem.mechanics, worlds.people[i], worlds.tracks[i]
@@ -101,7 +102,7 @@ def _reset_world(
     place_robot(
         worlds.robots[i], worlds.wheels[i], path, problem.start_speed_mps, m.drive[0], m.gains
     )
-    let_people_choose(worlds, i, problem.surroundings, m, 0)
+    start_people(worlds, i, problem.surroundings, m, bench)
     _look(i, worlds, problem, outputs.observations)
 
 
@@ -160,12 +161,13 @@ def run_worlds(
     problem: Problem,
     outputs: Outputs,
     group: Records,
+    bench: Bench,
 ) -> None:
     """Step or reset those of the worlds ``first`` to ``last - 1`` that are in the mask.
 
     A world whose episode is over is reset, the others take a decision; with SAME_STEP a world is
     reset as soon as its episode ends. One kernel does both: each would take as long to compile.
-    ``group`` is a record to work in, of which each thread needs its own.
+    ``group`` and ``bench`` are there to work in; each thread needs its own.
     """
     lanes, i = group[0], first
     while i < last:
@@ -176,16 +178,16 @@ def run_worlds(
                 _decide(count, lanes, _reflex(i, commands[i], worlds, reflex_stop_m), worlds, outputs)
                 count += 1
             elif mask[i]:
-                _reset_world(i, worlds, episodes, problem, outputs)
+                _reset_world(i, worlds, episodes, problem, outputs, bench)
                 outputs.terms[i, :] = 0.0
                 outputs.decisions[i].outcome = RUNNING
                 outputs.steps[i] = 0
             i += 1
-        step_group(lanes, count, worlds, problem.surroundings, problem.mechanics)
+        step_group(lanes, count, worlds, problem.surroundings, problem.mechanics, bench)
         for lane in range(count):
             _judge(lane, lanes, worlds, episodes, problem, outputs)
             ended = lanes.world[lane]
             if is_same_step and episodes.is_over[ended]:
                 for k in range(outputs.observations.shape[1]):
                     outputs.final_observations[ended, k] = outputs.observations[ended, k]
-                _reset_world(ended, worlds, episodes, problem, outputs)
+                _reset_world(ended, worlds, episodes, problem, outputs, bench)

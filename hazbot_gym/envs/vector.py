@@ -19,6 +19,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from hazbot_gym.config import Config, make_config
+from hazbot_gym.core.jit import LANES
 from hazbot_gym.core.state import PERSON, Floats, Records, as_record, records
 from hazbot_gym.envs.batch import Bools, Episodes, Observations, Outputs, Problem, run_worlds
 from hazbot_gym.envs.batch_info import decision_info, end_info, final_info, masked
@@ -37,6 +38,7 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.batch import GROUP, Surroundings, allocate, mechanics
 from hazbot_gym.sim.drive import free_time_s
 from hazbot_gym.sim.perception import sensor_parameters, tracker_of
+from hazbot_gym.sim.walking import make_bench
 from hazbot_gym.task.observation import LAYOUTS
 from hazbot_gym.task.outcome import DECISION, RUNNING, TIMEOUT, Rules
 from hazbot_gym.core.place_table import place_at
@@ -139,7 +141,8 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         )
         self._worlds = allocate(n, source.people, tracker_of(config).latency_steps)
         self._blocks = _blocks(n, self._thread_count)
-        self._groups = [records(GROUP, 1) for _ in self._blocks]
+        room = LANES * source.people
+        self._benches = [(records(GROUP, 1), make_bench(room)) for _ in self._blocks]
         self._episodes = Episodes(
             keys=np.zeros((n, KEYS_AHEAD), np.uint64),
             used=np.full(n, KEYS_AHEAD, np.int64),
@@ -249,13 +252,13 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         )
         blocks = self._blocks
         if len(blocks) == 1:
-            run_worlds(0, self.num_envs, *arguments, self._groups[0])
+            run_worlds(0, self.num_envs, *arguments, *self._benches[0])
             return
         if self._threads is None:
             self._threads = ThreadPoolExecutor(self._thread_count)
         jobs = [
-            self._threads.submit(run_worlds, *block, *arguments, group)
-            for block, group in zip(blocks, self._groups, strict=True)
+            self._threads.submit(run_worlds, *block, *arguments, *bench)
+            for block, bench in zip(blocks, self._benches, strict=True)
         ]
         for job in jobs:
             job.result()

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from hazbot_gym.config import Config
 from hazbot_gym.core.fuzzy_pid import gain_table
-from hazbot_gym.core.jit import scalar
+from hazbot_gym.core.jit import LANES, scalar
 from hazbot_gym.core.place_table import PlaceTable, place_at
 from hazbot_gym.core.state import (
     NO_CONTACT,
@@ -28,10 +28,11 @@ from hazbot_gym.core.state import (
     Records,
     as_record,
 )
+from hazbot_gym.core.social_force import SocialForce
+from hazbot_gym.sim import walking
 from hazbot_gym.sim.contact import find_contact, slack
 from hazbot_gym.sim.drive import (
     DRIVE_LANES,
-    LANES,
     aim_lane,
     drive_parameters,
     drive_step,
@@ -40,8 +41,9 @@ from hazbot_gym.sim.drive import (
     update_pose_error,
     values_of,
 )
-from hazbot_gym.sim.people import move_people, social_step
+from hazbot_gym.sim.people import begin_social_step, end_social_step, move_people
 from hazbot_gym.sim.perception import SENSORS
+from hazbot_gym.sim.walking import Bench
 
 
 class Worlds(NamedTuple):
@@ -127,21 +129,34 @@ def place_of(worlds: Worlds, i: int, surroundings: Surroundings) -> Place:
 
 
 @scalar
-def let_people_choose(
-    worlds: Worlds, i: int, surroundings: Surroundings, m: Mechanics, step: int
-) -> None:
-    """Give the people of world i the velocities of their next social period."""
+def begin_social_period(
+    worlds: Worlds, i: int, surroundings: Surroundings, m: Mechanics, force: SocialForce,
+    step: int, bench: Bench, walkers: int,
+) -> int:  # fmt: skip
+    """Put the people of world i on a bench, to choose a velocity; return how many are there now."""
     recording = surroundings.positions[worlds.rows[i, 0] : worlds.rows[i, 1]]
-    social_step(
-        worlds.people[i], place_of(worlds, i, surroundings), worlds.robots[i], m.force[0],
-        m.reactions, recording, worlds.keys[i], step, m.social_s,
+    return begin_social_step(
+        worlds.people[i], place_of(worlds, i, surroundings), worlds.robots[i], force,
+        m.reactions, recording, worlds.keys[i], step, m.social_s, bench, walkers,
     )  # fmt: skip
 
 
 @scalar
-def step_group(
-    group: Record, count: int, worlds: Worlds, surroundings: Surroundings, m: Mechanics
+def start_people(
+    worlds: Worlds, i: int, surroundings: Surroundings, m: Mechanics, bench: Bench
 ) -> None:
+    """Let the people of world i choose their first velocity."""
+    place, force = place_of(worlds, i, surroundings), walking.values_of(m.force[0])
+    count = begin_social_period(worlds, i, surroundings, m, force, 0, bench, 0)
+    walking.walk(bench, count, force, m.social_s)
+    end_social_step(worlds.people[i], place, worlds.robots[i], m.social_s, bench, 0)
+
+
+@scalar
+def step_group(
+    group: Record, count: int, worlds: Worlds, surroundings: Surroundings, m: Mechanics,
+    bench: Bench,
+) -> None:  # fmt: skip
     """Drive some worlds for a decision period at their robots' ``command``.
 
     After a contact, time stands still in a world.
@@ -152,6 +167,7 @@ def step_group(
         worlds: All worlds, changed in place.
         surroundings: What they stand in.
         m: Parameters of robot and people.
+        bench: Room for all people of the group.
     """
     for lane in range(count):
         i = group.world[lane]
@@ -159,14 +175,35 @@ def step_group(
         load_lane(group.drive, lane, worlds.robots[i], worlds.wheels[i])
     for period in range(m.social_per_decision):
         _drive_period(group, count, period, worlds, surroundings, m)
-        for lane in range(count):
-            i = group.world[lane]
-            if group.contact[lane] == NO_CONTACT:
-                store_lane(group.drive, lane, worlds.robots[i], worlds.wheels[i])
-                update_pose_error(worlds.robots[i], place_of(worlds, i, surroundings).path)
-                move_people(worlds.people[i], m.social_s)
-                step = worlds.steps[i] * m.social_per_decision + period + 1
-                let_people_choose(worlds, i, surroundings, m, step)
+        _walk_period(group, count, period, worlds, surroundings, m, bench)
+
+
+@scalar
+def _walk_period(
+    group: Record, count: int, period: int, worlds: Worlds, surroundings: Surroundings,
+    m: Mechanics, bench: Bench,
+) -> None:  # fmt: skip
+    """Move a group's people to the end of a social period, and let them choose for the next."""
+    force, walkers = walking.values_of(m.force[0]), 0
+    for lane in range(count):
+        i = group.world[lane]
+        if group.contact[lane] == NO_CONTACT:
+            store_lane(group.drive, lane, worlds.robots[i], worlds.wheels[i])
+            update_pose_error(worlds.robots[i], place_of(worlds, i, surroundings).path)
+            move_people(worlds.people[i], m.social_s)
+            step = worlds.steps[i] * m.social_per_decision + period + 1
+            walkers = begin_social_period(
+                worlds, i, surroundings, m, force, step, bench, walkers
+            )
+    walking.walk(bench, walkers, force, m.social_s)
+    walkers = 0
+    for lane in range(count):
+        i = group.world[lane]
+        if group.contact[lane] == NO_CONTACT:
+            place = place_of(worlds, i, surroundings)
+            walkers = end_social_step(
+                worlds.people[i], place, worlds.robots[i], m.social_s, bench, walkers
+            )
 
 
 @scalar

@@ -16,7 +16,7 @@ import numpy as np
 
 from hazbot_gym.core.fuzzy_pid import FuzzyPid, fuzzy_pid_gains
 from hazbot_gym.core.geometry import clip, path_length, path_pose
-from hazbot_gym.core.jit import inlined, kernel, scalar
+from hazbot_gym.core.jit import LANES, inlined, kernel, scalar
 from hazbot_gym.core.kinematics import Chassis, Pose, Twist, arc_step, body_velocity, wheel_speeds
 from hazbot_gym.core.noise import WHEELS, uniform4
 from hazbot_gym.core.pid import (
@@ -35,8 +35,6 @@ from hazbot_gym.errors import InvalidInput
 
 if TYPE_CHECKING:
     from hazbot_gym.config import Drive
-
-LANES = 16  # robots that are driven side by side
 
 _EACH, _EACH_WHEEL = ("f8", (LANES,)), ("f8", (2, LANES))
 DRIVE_LANES = np.dtype(

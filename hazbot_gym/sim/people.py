@@ -20,6 +20,7 @@ from hazbot_gym.core.state import (
     REPLAY,
     ROBOT_RADIUS_M,
     SCRIPTED,
+    SOCIAL_FORCE,
     WAITING,
     Floats,
     Place,
@@ -27,7 +28,7 @@ from hazbot_gym.core.state import (
     Records,
 )
 from hazbot_gym.sim.spacing import ROBOT_MARGIN_M, keep_off_robot
-from hazbot_gym.sim.walking import lane_point, walk
+from hazbot_gym.sim.walking import Bench, lane_point, put_down, take_up, values_of, walk
 
 ENTRY_ROOM_M = 0.7  # nobody enters where somebody stands within this distance
 ROBOT_ENTRY_ROOM_M = 2.0  # nor this near to the robot
@@ -106,22 +107,19 @@ def _advance(me: Record, routes: Floats, dt_s: float) -> None:
 
 
 @scalar
-def social_step(
+def begin_social_step(
     people: Records, place: Place, robot: Record, force: SocialForce, reactions: Records,
-    recording: Floats, key: np.uint64, step: int, dt_s: float,
-) -> None:  # fmt: skip
-    """Give every person the velocity that it keeps for the next social period.
+    recording: Floats, key: np.uint64, step: int, dt_s: float, bench: Bench, walkers: int,
+) -> int:  # fmt: skip
+    """Let people come and go, and put those who walk by social forces on a bench.
+
+    The arguments are those of ``social_step``.
 
     Args:
-        people: (P,) PERSON records, changed in place.
-        place: Walls and routes.
-        robot: The robot's record.
-        force: Constants of the walking model (a record with the fields of ``SocialForce``).
-        reactions: (4,) records of ``Reaction``.
-        recording: (T, P, 2) positions at every social step [m], NaN where absent; for REPLAY only.
-        key: Key of the scenario's noise.
-        step: Number of this social step since the reset.
-        dt_s: Social period [s].
+        walkers: How many are on the bench already, from other worlds.
+
+    Returns:
+        How many are on it now.
     """
     for i in range(people.shape[0]):
         me = people[i]
@@ -138,12 +136,57 @@ def social_step(
                 _follow_script(me, place.routes, dt_s)
             else:
                 reaction = reactions[me.reaction]
-                walk(people, i, place, robot, force, reaction, key, step, dt_s)
+                take_up(bench, walkers, people, i, place, robot, force, reaction, key, step)
+                walkers += 1
+    return walkers
+
+
+@scalar
+def end_social_step(
+    people: Records, place: Place, robot: Record, dt_s: float, bench: Bench, walkers: int
+) -> int:
+    """Give people the velocities they chose; ``walkers`` of other worlds were on the bench before.
+
+    Returns:
+        How many are, with these.
+    """
+    for i in range(people.shape[0]):
+        if people[i].model == SOCIAL_FORCE and people[i].status == PRESENT:
+            put_down(bench, walkers, people, i, place, robot, dt_s)
+            walkers += 1
     for i in range(people.shape[0]):
         me = people[i]
         is_there = me.status == PRESENT
         me.vx = me.next_vx if is_there else 0.0
         me.vy = me.next_vy if is_there else 0.0
+    return walkers
+
+
+@scalar
+def social_step(
+    people: Records, place: Place, robot: Record, force: Record, reactions: Records,
+    recording: Floats, key: np.uint64, step: int, dt_s: float, bench: Bench,
+) -> None:  # fmt: skip
+    """Give every person of one world the velocity that it keeps for the next social period.
+
+    Args:
+        people: (P,) PERSON records, changed in place.
+        place: Walls and routes.
+        robot: The robot's record.
+        force: Constants of the walking model (a record with the fields of ``SocialForce``).
+        reactions: (4,) records of ``Reaction``.
+        recording: (T, P, 2) positions at every social step [m], NaN where absent; for REPLAY only.
+        key: Key of the scenario's noise.
+        step: Number of this social step since the reset.
+        dt_s: Social period [s].
+        bench: Room for P walkers.
+    """
+    values = values_of(force)
+    count = begin_social_step(
+        people, place, robot, values, reactions, recording, key, step, dt_s, bench, 0
+    )
+    walk(bench, count, values, dt_s)
+    end_social_step(people, place, robot, dt_s, bench, 0)
 
 
 @scalar

@@ -10,13 +10,14 @@ its own.
 
 from __future__ import annotations
 
-import math
+from typing import NamedTuple
 
 import numpy as np
 
-from hazbot_gym.core.geometry import nearest_on_segment, norm, route_pose
-from hazbot_gym.core.jit import scalar
-from hazbot_gym.core.noise import CROWD, normal_pair, uniform4
+from hazbot_gym.core.elementary import sin_cos
+from hazbot_gym.core.geometry import is_near_line, nearest_on_segment, norm, route_pose
+from hazbot_gym.core.jit import LANES, inlined, scalar
+from hazbot_gym.core.noise import CROWD, uniform4, uniform_noise
 from hazbot_gym.core.proxemics import PERSONAL_M
 from hazbot_gym.core.social_force import (
     Reaction,
@@ -27,7 +28,15 @@ from hazbot_gym.core.social_force import (
     view_weight,
     wall_force,
 )
-from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, Floats, Place, Record, Records
+from hazbot_gym.core.state import (
+    PRESENT,
+    ROBOT_RADIUS_M,
+    Floats,
+    Place,
+    Record,
+    Records,
+    records,
+)
 from hazbot_gym.sim.spacing import keep_apart
 
 LOOK_AHEAD_M = 1.0  # how far ahead on the lane people aim
@@ -66,129 +75,291 @@ def walking_direction(me: Record, routes: Floats) -> tuple[float, float]:
     return (x - me.x) / distance, (y - me.y) / distance
 
 
+# --- side by side --------------------------------------------------------------------------------
+
+_EACH = ("f8", (LANES,))
+WALKERS = np.dtype(
+    [
+        *((name, *_EACH) for name in ("vx", "vy", "ex", "ey", "radius", "desired_speed")),
+        *((name, *_EACH) for name in ("robot_x", "robot_y", "robot_vx", "robot_vy")),  # from me
+        *((name, *_EACH) for name in ("gain", "range_m", "attraction_mps2")),  # the reaction
+        ("key", "u8", (LANES,)),
+        ("step", "i8", (LANES,)),
+        ("person", "i8", (LANES,)),
+        *((name, *_EACH) for name in ("ax", "ay")),  # what people and walls make them do
+        *((name, *_EACH) for name in ("next_vx", "next_vy", "blocked")),  # what comes out
+    ],
+    align=True,
+)
+PUSHES = np.dtype(
+    [
+        ("count", "i8"),  # lanes in use
+        ("walker", "i8", (LANES,)),  # who is pushed
+        *((name, *_EACH) for name in ("x", "y", "vx", "vy")),  # of me, seen from the other
+        *((name, *_EACH) for name in ("reach", "ex", "ey", "is_head_on")),
+        *((name, *_EACH) for name in ("x1", "y1", "x2", "y2")),  # of a wall, seen from me
+        *((name, *_EACH) for name in ("fx", "fy")),
+    ],
+    align=True,
+)
+
+
+class Bench(NamedTuple):
+    """Where walkers of one or of many worlds are put side by side while they choose a velocity.
+
+    Only pushes that count are worked out: they are collected first, whoever they belong to.
+    """
+
+    walkers: Records  # (C,) WALKERS
+    by_people: Records  # (1,) PUSHES
+    by_walls: Records  # (1,) PUSHES
+
+
+def make_bench(walkers: int) -> Bench:
+    """Return room for a number of walkers."""
+    chunks = max(-(-walkers // LANES), 1)
+    return Bench(records(WALKERS, chunks), records(PUSHES, 1), records(PUSHES, 1))
+
+
+# --- taking up -----------------------------------------------------------------------------------
+
+
+@scalar
+def take_up(
+    bench: Bench, w: int, people: Records, i: int, place: Place, robot: Record, force: SocialForce,
+    reaction: Reaction, key: np.uint64, step: int,
+) -> None:  # fmt: skip
+    """Make person i walker w, and note who and what pushes it.
+
+    Args:
+        bench: What is worked on; changed like all that follows from it.
+        w: Number of the walker: 0 for the first, and so on.
+        people: (P,) PERSON records of its world.
+        i: Its index among them.
+        place: Walls and routes.
+        robot: The robot's record.
+        force: Constants of the walking model.
+        reaction: How it answers to the robot.
+        key: Key of the scenario's noise.
+        step: Number of this social step since the reset.
+    """
+    me, lane, chunk = people[i], w % LANES, bench.walkers[w // LANES]
+    chunk.ex[lane], chunk.ey[lane] = walking_direction(me, place.routes)
+    chunk.vx[lane], chunk.vy[lane] = me.vx, me.vy
+    chunk.radius[lane], chunk.desired_speed[lane] = me.radius, me.desired_speed
+    sine, cosine = sin_cos(robot.theta)
+    chunk.robot_x[lane], chunk.robot_y[lane] = robot.x - me.x, robot.y - me.y
+    chunk.robot_vx[lane], chunk.robot_vy[lane] = robot.v * cosine, robot.v * sine
+    chunk.gain[lane], chunk.range_m[lane] = reaction.gain, reaction.range_m
+    chunk.attraction_mps2[lane] = reaction.attraction_mps2
+    chunk.key[lane], chunk.step[lane], chunk.person[lane] = key, step, i
+    chunk.ax[lane], chunk.ay[lane] = 0.0, 0.0
+    _note_people(bench, w, people, i, force)
+    _note_walls(bench, w, me, place.walls, force)
+
+
+@scalar
+def _note_people(bench: Bench, w: int, people: Records, i: int, force: SocialForce) -> None:
+    """Note the other people near person i, who is walker w."""
+    me, pushes = people[i], bench.by_people[0]
+    lane, chunk = w % LANES, bench.walkers[w // LANES]
+    ex, ey = chunk.ex[lane], chunk.ey[lane]
+    for j in range(people.shape[0]):
+        other = people[j]
+        x, y = me.x - other.x, me.y - other.y
+        if j == i or other.status != PRESENT or abs(x) + abs(y) > NEIGHBOUR_RANGE_M:
+            continue
+        k = pushes.count
+        pushes.walker[k], pushes.x[k], pushes.y[k] = w, x, y
+        pushes.vx[k], pushes.vy[k] = me.vx - other.vx, me.vy - other.vy
+        pushes.reach[k], pushes.ex[k], pushes.ey[k] = me.radius + other.radius, ex, ey
+        pushes.is_head_on[k] = 1.0 if other.vx * ex + other.vy * ey < 0.0 else 0.0
+        pushes.count = k + 1
+        if k + 1 == LANES:
+            push_by_people(bench, force)
+
+
+@scalar
+def _note_walls(bench: Bench, w: int, me: Record, walls: Floats, force: SocialForce) -> None:
+    """Note the walls near a person who is walker w."""
+    pushes, reach = bench.by_walls[0], me.radius + WALL_REACH * force.wall_range_m
+    for i in range(walls.shape[0]):
+        if not is_near_line(me.x, me.y, walls[i, 0], walls[i, 1], walls[i, 2], walls[i, 3], reach):
+            continue
+        k = pushes.count
+        pushes.walker[k], pushes.reach[k] = w, me.radius
+        pushes.x1[k], pushes.y1[k] = walls[i, 0] - me.x, walls[i, 1] - me.y
+        pushes.x2[k], pushes.y2[k] = walls[i, 2] - me.x, walls[i, 3] - me.y
+        pushes.count = k + 1
+        if k + 1 == LANES:
+            push_by_walls(bench, force)
+
+
 # --- the forces ----------------------------------------------------------------------------------
 
 
 @scalar
-def _people_push(
-    people: Records, i: int, ex: float, ey: float, force: SocialForce
-) -> tuple[float, float]:
-    """Return what the other people make person i do [m/s^2]."""
-    me = people[i]
-    ax, ay = 0.0, 0.0
-    for j in range(people.shape[0]):
-        other = people[j]
-        rx, ry = me.x - other.x, me.y - other.y
-        if j == i or other.status != PRESENT or abs(rx) + abs(ry) > NEIGHBOUR_RANGE_M:
-            continue
-        distance = max(norm(rx, ry), 1e-6)
-        gap = max(distance - me.radius - other.radius, 0.01)
-        sx, sy = force.step_time_s * (other.vx - me.vx), force.step_time_s * (other.vy - me.vy)
-        fx, fy = elliptical_repulsion(
-            rx * gap / distance,
-            ry * gap / distance,
-            sx,
-            sy,
-            force.person_strength_mps2,
-            force.person_range_m,
-        )
-        weight = view_weight(ex, ey, fx, fy, force)
-        ax += weight * fx
-        ay += weight * fy
-        if other.vx * ex + other.vy * ey < 0.0:  # head-on
-            fx, fy = sidestep_force(-rx, -ry, ex, ey, gap, force)
-            ax += fx
-            ay += fy
-    return ax, ay
+def values_of(force: Record) -> SocialForce:
+    """Return the constants as values: what a loop reads from memory might change under it."""
+    return SocialForce(
+        force.relaxation_time_s, force.typical_speed_mps, force.speed_limit_ratio,
+        force.person_strength_mps2, force.person_range_m, force.step_time_s,
+        force.wall_strength_mps2, force.wall_range_m, force.robot_strength_mps2,
+        force.robot_range_m, force.anisotropy, force.view_angle_rad, force.sidestep_mps2,
+        force.sidestep_range_m, force.jitter_mps2,
+    )  # fmt: skip
+
+
+@inlined
+def body_push(
+    x: float, y: float, vx: float, vy: float, reach: float, ex: float, ey: float,
+    strength: float, range_m: float, gain: float, is_in_the_way: bool, force: SocialForce,
+) -> tuple[float, float]:  # fmt: skip
+    """Return what another body makes a walker do [m/s^2].
+
+    Args:
+        x: From the other's centre to one's own [m].
+        y: The same, other axis [m].
+        vx: One's own velocity relative to the other's [m/s].
+        vy: The same, other axis [m/s].
+        reach: Sum of the radii [m].
+        ex: Walking direction, unit vector.
+        ey: The same, other axis.
+        strength: Of the repulsion [m/s^2].
+        range_m: Of the repulsion [m].
+        gain: Multiplies it.
+        is_in_the_way: Whether to step aside besides.
+        force: Constants of the model.
+    """
+    distance = max(norm(x, y), 1e-6)
+    gap = max(distance - reach, 0.01)
+    share = gap / distance
+    sx, sy = -force.step_time_s * vx, -force.step_time_s * vy
+    fx, fy = elliptical_repulsion(x * share, y * share, sx, sy, strength, range_m)
+    weight = gain * view_weight(ex, ey, fx, fy, force)
+    aside_x, aside_y = sidestep_force(-x, -y, ex, ey, gap, force)
+    aside = 1.0 if is_in_the_way else 0.0
+    return weight * fx + aside * aside_x, weight * fy + aside * aside_y
 
 
 @scalar
-def _wall_push(me: Record, walls: Floats, force: SocialForce) -> tuple[float, float]:
-    """Return what the walls make a person do [m/s^2]."""
-    ax, ay = 0.0, 0.0
-    for k in range(walls.shape[0]):
-        x, y = nearest_on_segment(me.x, me.y, walls[k, 0], walls[k, 1], walls[k, 2], walls[k, 3])
-        distance = max(norm(me.x - x, me.y - y), 1e-6)
-        if distance > me.radius + WALL_REACH * force.wall_range_m:
-            continue
+def push_by_people(bench: Bench, force: SocialForce) -> None:
+    """Work out the pushes by people that are noted, and clear the notes."""
+    p = bench.by_people[0]
+    for k in range(LANES):
+        p.fx[k], p.fy[k] = body_push(
+            p.x[k], p.y[k], p.vx[k], p.vy[k], p.reach[k], p.ex[k], p.ey[k],
+            force.person_strength_mps2, force.person_range_m, 1.0, p.is_head_on[k] > 0.0, force,
+        )  # fmt: skip
+    _add_up(p, bench.walkers)
+
+
+@scalar
+def push_by_walls(bench: Bench, force: SocialForce) -> None:
+    """Work out the pushes by walls that are noted, and clear the notes."""
+    p = bench.by_walls[0]
+    for k in range(LANES):
+        x, y = nearest_on_segment(0.0, 0.0, p.x1[k], p.y1[k], p.x2[k], p.y2[k])
+        distance = max(norm(x, y), 1e-6)
         fx, fy = wall_force(
-            (me.x - x) / distance,
-            (me.y - y) / distance,
-            distance - me.radius,
-            force.wall_strength_mps2,
-            force.wall_range_m,
-        )
-        ax += fx
-        ay += fy
-    return ax, ay
+            -x / distance, -y / distance, distance - p.reach[k],
+            force.wall_strength_mps2, force.wall_range_m,
+        )  # fmt: skip
+        is_near = distance <= p.reach[k] + WALL_REACH * force.wall_range_m
+        p.fx[k] = fx if is_near else 0.0
+        p.fy[k] = fy if is_near else 0.0
+    _add_up(p, bench.walkers)
 
 
 @scalar
-def _robot_push(
-    me: Record, robot: Record, ex: float, ey: float, force: SocialForce, reaction: Reaction
-) -> tuple[float, float]:
-    """Return what the robot makes a person do [m/s^2]; nothing before it is noticed."""
-    rx, ry = me.x - robot.x, me.y - robot.y
-    distance = max(norm(rx, ry), 1e-6)
-    gap = max(distance - me.radius - ROBOT_RADIUS_M, 0.01)
-    if gap > reaction.range_m:
-        return 0.0, 0.0
-    robot_vx, robot_vy = robot.v * math.cos(robot.theta), robot.v * math.sin(robot.theta)
-    sx, sy = force.step_time_s * (robot_vx - me.vx), force.step_time_s * (robot_vy - me.vy)
-    fx, fy = elliptical_repulsion(
-        rx * gap / distance,
-        ry * gap / distance,
-        sx,
-        sy,
-        force.robot_strength_mps2,
-        force.robot_range_m,
-    )
-    weight = reaction.gain * view_weight(ex, ey, fx, fy, force)
-    ax, ay = weight * fx, weight * fy
-    is_in_the_way = robot_vx * ex + robot_vy * ey < 0.5 * me.desired_speed  # stands, slow, head-on
-    if is_in_the_way:
-        fx, fy = sidestep_force(-rx, -ry, ex, ey, gap, force)
-        ax += fx
-        ay += fy
-    if gap > PERSONAL_M:
-        ax -= reaction.attraction_mps2 * rx / distance
-        ay -= reaction.attraction_mps2 * ry / distance
-    return ax, ay
+def _add_up(pushes: Record, walkers: Records) -> None:
+    for k in range(pushes.count):
+        w = pushes.walker[k]
+        walkers[w // LANES].ax[w % LANES] += pushes.fx[k]
+        walkers[w // LANES].ay[w % LANES] += pushes.fy[k]
+    pushes.count = 0
+
+
+@inlined
+def robot_push(
+    x: float, y: float, vx: float, vy: float, robot_vx: float, robot_vy: float,
+    desired_speed: float, radius: float, ex: float, ey: float, reaction: Reaction,
+    force: SocialForce,
+) -> tuple[float, float]:  # fmt: skip
+    """Return what the robot at (x, y) from here makes a walker do; nothing before it is noticed."""
+    distance = max(norm(x, y), 1e-6)
+    gap = max(distance - radius - ROBOT_RADIUS_M, 0.01)
+    is_in_the_way = robot_vx * ex + robot_vy * ey < 0.5 * desired_speed  # stands, slow, head-on
+    ax, ay = body_push(
+        -x, -y, vx - robot_vx, vy - robot_vy, radius + ROBOT_RADIUS_M, ex, ey,
+        force.robot_strength_mps2, force.robot_range_m, reaction.gain, is_in_the_way, force,
+    )  # fmt: skip
+    pull = reaction.attraction_mps2 / distance if gap > PERSONAL_M else 0.0
+    is_noticed = gap <= reaction.range_m
+    return (ax + pull * x if is_noticed else 0.0), (ay + pull * y if is_noticed else 0.0)
+
+
+@inlined
+def blocked_share(
+    x: float, y: float, along_mps: float, desired_speed: float, radius: float, ex: float, ey: float
+) -> float:
+    """Return the share of its desired speed that a walker loses while the robot is in its way."""
+    distance = norm(x, y)
+    gap = distance - radius - ROBOT_RADIUS_M
+    is_ahead = gap <= BLOCKING_RANGE_M and x * ex + y * ey >= 0.5 * distance
+    lost = min(max(1.0 - along_mps / max(desired_speed, 1e-9), 0.0), 1.0)
+    return lost if is_ahead and desired_speed > 0.0 else 0.0
 
 
 # --- the velocity --------------------------------------------------------------------------------
 
 
 @scalar
-def _blocked(me: Record, robot: Record, ex: float, ey: float) -> float:
-    """Return the share of its desired speed that a person loses while the robot is in its way."""
-    rx, ry = robot.x - me.x, robot.y - me.y
-    distance = norm(rx, ry)
-    gap = distance - me.radius - ROBOT_RADIUS_M
-    if gap > BLOCKING_RANGE_M or rx * ex + ry * ey < 0.5 * distance or me.desired_speed <= 0.0:
-        return 0.0
-    return min(max(1.0 - (me.vx * ex + me.vy * ey) / me.desired_speed, 0.0), 1.0)
+def walk(bench: Bench, count: int, force: SocialForce, dt_s: float) -> None:
+    """Let the first walkers of a bench choose the velocity that they mean to have after dt.
+
+    Like ``drive_step`` the loops over lanes compile to vector instructions.
+    """
+    push_by_people(bench, force)
+    push_by_walls(bench, force)
+    for k in range((count + LANES - 1) // LANES):
+        _choose(bench.walkers[k], force, dt_s)
 
 
 @scalar
-def walk(
-    people: Records, i: int, place: Place, robot: Record, force: SocialForce, reaction: Reaction,
-    key: np.uint64, step: int, dt_s: float,
-) -> None:  # fmt: skip
-    """Set the next velocity of social-force walker i; ``people.social_step`` has the arguments."""
-    me = people[i]
-    ex, ey = walking_direction(me, place.routes)
-    gx, gy = goal_force(me.vx, me.vy, ex, ey, me.desired_speed, force.relaxation_time_s)
-    px, py = _people_push(people, i, ex, ey, force)
-    wx, wy = _wall_push(me, place.walls, force)
-    rx, ry = _robot_push(me, robot, ex, ey, force, reaction)
-    u1, u2, _, _ = uniform4(key, CROWD, step, i)
-    n1, n2 = normal_pair(u1, u2)
-    pace = me.desired_speed / force.typical_speed_mps
-    vx = me.vx + (gx + pace * (px + wx + rx + force.jitter_mps2 * n1)) * dt_s
-    vy = me.vy + (gy + pace * (py + wy + ry + force.jitter_mps2 * n2)) * dt_s
-    excess = norm(vx, vy) / max(force.speed_limit_ratio * me.desired_speed, 1e-9)
-    me.blocked = _blocked(me, robot, ex, ey)
-    me.next_vx = vx / max(excess, 1.0)
-    me.next_vy = vy / max(excess, 1.0)
+def _choose(c: Record, force: SocialForce, dt_s: float) -> None:
+    for k in range(LANES):
+        u1, u2, _, _ = uniform4(c.key[k], CROWD, c.step[k], c.person[k])
+        c.ax[k] += force.jitter_mps2 * uniform_noise(u1)
+        c.ay[k] += force.jitter_mps2 * uniform_noise(u2)
+    for k in range(LANES):
+        reaction = Reaction(c.gain[k], c.range_m[k], c.attraction_mps2[k])
+        ax, ay = robot_push(
+            c.robot_x[k], c.robot_y[k], c.vx[k], c.vy[k], c.robot_vx[k], c.robot_vy[k],
+            c.desired_speed[k], c.radius[k], c.ex[k], c.ey[k], reaction, force,
+        )  # fmt: skip
+        c.ax[k] += ax
+        c.ay[k] += ay
+    for k in range(LANES):
+        speed, ex, ey = c.desired_speed[k], c.ex[k], c.ey[k]
+        gx, gy = goal_force(c.vx[k], c.vy[k], ex, ey, speed, force.relaxation_time_s)
+        pace = speed / force.typical_speed_mps
+        vx = c.vx[k] + (gx + pace * c.ax[k]) * dt_s
+        vy = c.vy[k] + (gy + pace * c.ay[k]) * dt_s
+        excess = max(norm(vx, vy) / max(force.speed_limit_ratio * speed, 1e-9), 1.0)
+        c.next_vx[k], c.next_vy[k] = vx / excess, vy / excess
+        along_mps = c.vx[k] * ex + c.vy[k] * ey
+        c.blocked[k] = blocked_share(
+            c.robot_x[k], c.robot_y[k], along_mps, speed, c.radius[k], ex, ey
+        )
+
+
+@scalar
+def put_down(
+    bench: Bench, w: int, people: Records, i: int, place: Place, robot: Record, dt_s: float
+) -> None:
+    """Give person i what it chose as walker w, less what would lead it into something."""
+    me, lane, chunk = people[i], w % LANES, bench.walkers[w // LANES]
+    me.blocked = chunk.blocked[lane]
+    me.next_vx, me.next_vy = chunk.next_vx[lane], chunk.next_vy[lane]
     keep_apart(people, i, place, robot, dt_s)

@@ -16,7 +16,7 @@ import pymunk
 
 from hazbot_gym.config import Config
 from hazbot_gym.core.fuzzy_pid import gain_table
-from hazbot_gym.core.jit import kernel
+from hazbot_gym.core.jit import LANES, kernel
 from hazbot_gym.core.state import (
     PERSON_MASS_KG,
     PERSON_RADIUS_M,
@@ -40,6 +40,7 @@ from hazbot_gym.sim.drive import (
     start_drive,
 )
 from hazbot_gym.sim.people import move_people, social_step
+from hazbot_gym.sim.walking import Bench, make_bench
 
 _ROBOT, _PERSON, _WALL = 1, 2, 3  # collision types
 _AWAY = 1.0e6  # where bodies of absent people are parked [m]
@@ -81,12 +82,13 @@ def _people_step(
     key: np.uint64,
     step: int,
     dt_s: float,
+    bench: Bench,
 ) -> float:
     """Move the people, let them choose a velocity, and return the robot's slack [m]."""
     if step > 0:
         move_people(people, dt_s)
     social_step(
-        people, place, robots[0], force[0], reactions, recording, np.uint64(key), step, dt_s
+        people, place, robots[0], force[0], reactions, recording, np.uint64(key), step, dt_s, bench
     )
     return slack(people, place.walls, robots[0], dt_s)
 
@@ -110,7 +112,7 @@ class World:
         self._reactions = np.concatenate([as_record(r) for r in config.people.reactions])
         self._tolerance_m = config.arrival_tolerance_m
         self.robots, self._wheels = records(ROBOT, 1), records(WHEEL, 2)
-        self._lanes = records(DRIVE_LANES, 1)
+        self._lanes, self._bench = records(DRIVE_LANES, 1), make_bench(0)
         self._x, self._y = self.robots["x"], self.robots["y"]
         self._space = pymunk.Space()
         for kind in (_PERSON, _WALL):
@@ -132,6 +134,8 @@ class World:
         if not self._wall_shapes or place.walls is not self.place.walls:
             self._build_walls(place)
         self.place, self.people, self._recording = place, people, recording
+        if len(people) > LANES * len(self._bench.walkers):
+            self._bench = make_bench(len(people))
         self._key, self.decision, self.contact = np.uint64(key), 0, None
         start_drive(
             self.robots,
@@ -239,6 +243,7 @@ class World:
             self._key,
             step,
             self._clock.social_s,
+            self._bench,
         )
         people = self.people
         xs, ys = people["x"].tolist(), people["y"].tolist()
