@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from hazbot_gym.core.jit import inlined
+from hazbot_gym.core.jit import scalar
 
 # pi/2 in three parts, the first two with few enough bits that their product with k is exact
 # (Cody and Waite 1980); the polynomials are the minimax ones of fdlibm (Sun Microsystems 1993).
@@ -30,7 +30,7 @@ _1_3, _1_5, _1_6, _1_7, _1_9, _1_10, _1_11 = (1.0 / n for n in (3, 5, 6, 7, 9, 1
 DEEPEST = -64.0  # exponents below this count as this: e^-64 is nil beside any force or distance
 
 
-@inlined
+@scalar
 def sin_cos(angle: float) -> tuple[float, float]:
     """Return sine and cosine of an angle [rad]; exact to 2e-16 up to some 10^5 turns.
 
@@ -50,7 +50,7 @@ def sin_cos(angle: float) -> tuple[float, float]:
     return (-s if quarter >= 2.0 else s), (-c if abs(quarter - 1.5) < 1.0 else c)
 
 
-@inlined
+@scalar
 def decay(exponent: float) -> float:
     """Return e to the exponent, which is at most 0, to a relative error of 1e-13.
 

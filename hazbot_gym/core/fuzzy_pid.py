@@ -17,7 +17,7 @@ from annotated_types import Ge
 
 from hazbot_gym.core.fuzzy import gauss, triangle
 from hazbot_gym.core.geometry import clip
-from hazbot_gym.core.jit import inlined, kernel, scalar
+from hazbot_gym.core.jit import kernel, scalar
 from hazbot_gym.core.pid import PidGains
 from hazbot_gym.core.state import Floats
 
@@ -133,7 +133,7 @@ def gain_table(tables: str = "textbook") -> Floats:
     return _tabulate(rule_tables(tables))
 
 
-@inlined
+@scalar
 def look_up(e: float, ec: float, table: Floats) -> tuple[float, float, float]:
     """Return Fp, Fi, Fd from a gain table, bilinear, inputs held to [-3, 3]."""
     steps = 0.5 * (table.shape[0] - 1)
@@ -152,7 +152,7 @@ def look_up(e: float, ec: float, table: Floats) -> tuple[float, float, float]:
     )
 
 
-@inlined
+@scalar
 def fuzzy_pid_gains(
     error: float, derivative: float, base: PidGains, fuzzy: FuzzyPid, table: Floats
 ) -> PidGains:

@@ -12,32 +12,32 @@ import math
 import numpy as np
 
 from hazbot_gym.core.elementary import sin_cos
-from hazbot_gym.core.jit import inlined, scalar
+from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.state import PATH_PIECE, Floats, Records, records
 
 STRAIGHT_PER_M = 1e-9  # curvature below which a piece is treated as a line [1/m]
 
 
-@inlined
+@scalar
 def wrap_angle(angle: float) -> float:
     """Return the angle in (-pi, pi]."""
     turns = np.ceil((angle - math.pi) / (2.0 * math.pi))
     return min(angle - turns * (2.0 * math.pi), math.pi)
 
 
-@inlined
+@scalar
 def clip(value: float, low: float, high: float) -> float:
     """Return the value held between two bounds."""
     return min(max(value, low), high)
 
 
-@inlined
+@scalar
 def norm(x: float, y: float) -> float:
     """Return the length of a vector; distances here need none of the care that slows hypot down."""
     return math.sqrt(x * x + y * y)
 
 
-@inlined
+@scalar
 def nearest_on_segment(
     px: float, py: float, x1: float, y1: float, x2: float, y2: float
 ) -> tuple[float, float]:
@@ -50,7 +50,7 @@ def nearest_on_segment(
     return x1 + t * dx, y1 + t * dy
 
 
-@inlined
+@scalar
 def is_near_line(
     px: float, py: float, x1: float, y1: float, x2: float, y2: float, reach: float
 ) -> bool:

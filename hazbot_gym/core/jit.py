@@ -1,10 +1,9 @@
 """How the mathematics is compiled, in one place.
 
-Three kinds of functions are used throughout the library:
+Two kinds of functions are used throughout the library:
 
 - ``scalar``: a pure formula on numbers. Plain Python when called from Python, inlined machine code
   when called from a kernel; the same source can be compiled for a GPU.
-- ``inlined``: such a formula that may also stand in a loop over many worlds (``sim/drive.py``).
 - ``kernel``: a compiled loop over arrays, called from Python and cached on disk; ``lean_kernel``
   for the one that runs many worlds.
 
@@ -33,16 +32,11 @@ notice.install()
 
 
 def scalar(function: Function) -> Function:
-    """Mark a formula that kernels may call; from Python it stays a plain Python function."""
-    compiled: Function = register_jitable(function)
-    return compiled
+    """Mark a formula that kernels may call; from Python it stays a plain Python function.
 
-
-def inlined(function: Function) -> Function:
-    """Mark a formula like ``scalar``, and have it inlined wherever it is used.
-
-    The compiler makes vector instructions of a loop only if nothing in it is called. That is worth
-    a longer compilation for what runs hundreds of times in a decision, and for nothing else.
+    It is inlined wherever it is used. The compiler makes vector instructions of a loop only if
+    nothing in it is called; and a call that hands over worlds or parameters, which are hundreds of
+    words, costs more than most formulas.
     """
     compiled: Function = register_jitable(forceinline=True)(function)
     return compiled

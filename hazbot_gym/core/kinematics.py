@@ -14,7 +14,7 @@ from typing import Annotated, NamedTuple
 from annotated_types import Gt
 
 from hazbot_gym.core.elementary import sin_cos
-from hazbot_gym.core.jit import inlined, scalar
+from hazbot_gym.core.jit import scalar
 
 STRAIGHT_RAD = 1e-4  # half turn of a step below which its chord is taken from the series
 CASTOR_STEPS = 60  # halvings of the bracket of the castor angle: pi/2 * 2^-60 is below 1 ulp
@@ -45,7 +45,7 @@ class Twist(NamedTuple):
     omega: float  # [rad/s]
 
 
-@inlined
+@scalar
 def body_velocity(w1: float, w2: float, chassis: Chassis) -> Twist:
     """Return the robot's velocity from its wheel speeds (eq 1).
 
@@ -59,7 +59,7 @@ def body_velocity(w1: float, w2: float, chassis: Chassis) -> Twist:
     return Twist(0.5 * chassis.r * (w1 + w2), chassis.r * (w1 - w2) / chassis.L)
 
 
-@inlined
+@scalar
 def wheel_speeds(velocity: Twist, chassis: Chassis) -> tuple[float, float]:
     """Return the wheel speeds w1 (right), w2 (left) [rad/s] of a velocity (eq 13).
 
@@ -142,7 +142,7 @@ def castor_angle(radius_m: float, chassis: Chassis) -> float:
     return math.copysign(0.5 * (low + high), radius_m)
 
 
-@inlined
+@scalar
 def arc_step(pose: Pose, velocity: Twist, dt_s: float) -> Pose:
     """Return the pose after driving with a constant velocity: eqs 2 and 3 integrated exactly.
 

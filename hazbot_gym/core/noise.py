@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from hazbot_gym.core.jit import inlined, scalar
+from hazbot_gym.core.jit import scalar
 
 # Streams: who draws. A new consumer takes a new number; a used one never changes its meaning.
 SCENARIO, WHEELS, SONAR, TRACKER, CROWD = 1, 2, 3, 4, 5
@@ -27,7 +27,7 @@ _TO_UNIT = 1.0 / 4294967296.0
 _SQRT_3 = math.sqrt(3.0)
 
 
-@inlined
+@scalar
 def philox4x32(
     c0: np.uint64, c1: np.uint64, c2: np.uint64, c3: np.uint64, key: np.uint64
 ) -> tuple[np.uint64, np.uint64, np.uint64, np.uint64]:
@@ -48,7 +48,7 @@ def philox4x32(
     return c0, c1, c2, c3
 
 
-@inlined
+@scalar
 def uniform4(
     key: np.uint64, stream: int, step: int, index: int
 ) -> tuple[float, float, float, float]:
@@ -62,7 +62,7 @@ def uniform4(
     )
 
 
-@inlined
+@scalar
 def uniform_noise(u: float) -> float:
     """Return zero-mean noise of standard deviation 1 from a uniform number: sqrt(3) (2 u - 1)."""
     return _SQRT_3 * (2.0 * u - 1.0)

@@ -14,7 +14,7 @@ from typing import Annotated, NamedTuple
 from annotated_types import Ge, Gt, Lt
 
 from hazbot_gym.core.geometry import clip
-from hazbot_gym.core.jit import inlined
+from hazbot_gym.core.jit import scalar
 
 
 class Plant(NamedTuple):
@@ -44,7 +44,7 @@ class PidGains(NamedTuple):
     kd: float = 3.0  # on its derivative [rad/s^2]
 
 
-@inlined
+@scalar
 def filtered_derivative(
     derivative: float, error: float, error_before: float, dt_s: float, Tf: float
 ) -> float:
@@ -59,19 +59,19 @@ def filtered_derivative(
     return derivative + (rate - derivative) * dt_s / (Tf + dt_s)
 
 
-@inlined
+@scalar
 def pid_law(error: float, integral: float, derivative: float, gains: PidGains) -> float:
     """Return the motor input u = kp e + ki int(e) + kd de/dt (eq 14)."""
     return gains.kp * error + gains.ki * integral + gains.kd * derivative
 
 
-@inlined
+@scalar
 def motor_gain(plant: Plant, is_right: bool) -> float:
     """Return K_i, the gain of one of the two motors."""
     return plant.K * (1.0 + plant.a) if is_right else plant.K * (1.0 - plant.a)
 
 
-@inlined
+@scalar
 def lagged_input(drive: float, u: float, plant: Plant, dt_s: float) -> float:
     """Return the motor input, bounded and behind the extra lag, after one explicit Euler step."""
     if plant.u_max > 0.0:
@@ -79,7 +79,7 @@ def lagged_input(drive: float, u: float, plant: Plant, dt_s: float) -> float:
     return u if plant.T2 == 0.0 else drive + (u - drive) * dt_s / plant.T2
 
 
-@inlined
+@scalar
 def motor_step(speed: float, drive: float, gain: float, T1: float, dt_s: float) -> float:
     """Return the wheel speed [rad/s] after one explicit Euler step of T1 dw/dt = -w + K_i u.
 

@@ -18,7 +18,7 @@ from annotated_types import Ge, Gt, Le
 
 from hazbot_gym.core.elementary import decay, sin_cos
 from hazbot_gym.core.geometry import norm
-from hazbot_gym.core.jit import inlined
+from hazbot_gym.core.jit import scalar
 
 
 class SocialForce(NamedTuple):
@@ -56,7 +56,7 @@ WARY = Reaction(gain=1.5, range_m=6.0)  # keeps away; at 2.5 it would not pass i
 CURIOUS = Reaction(gain=0.6, attraction_mps2=0.4)  # comes to have a look
 
 
-@inlined
+@scalar
 def goal_force(
     vx: float, vy: float, ex: float, ey: float, desired_speed: float, relaxation_time_s: float
 ) -> tuple[float, float]:
@@ -67,7 +67,7 @@ def goal_force(
     )
 
 
-@inlined
+@scalar
 def elliptical_repulsion(
     rx: float, ry: float, sx: float, sy: float, strength: float, range_m: float
 ) -> tuple[float, float]:
@@ -97,14 +97,14 @@ def elliptical_repulsion(
     )
 
 
-@inlined
+@scalar
 def view_weight(ex: float, ey: float, fx: float, fy: float, force: SocialForce) -> float:
     """Return w(e, f): 1 if the cause of force f is in view, else c (HM95 eqs 8, 9)."""
     in_view = -(ex * fx + ey * fy) >= norm(fx, fy) * sin_cos(force.view_angle_rad)[1]
     return 1.0 if in_view else force.anisotropy
 
 
-@inlined
+@scalar
 def wall_force(
     nx: float, ny: float, distance: float, strength: float, range_m: float
 ) -> tuple[float, float]:
@@ -121,7 +121,7 @@ def wall_force(
     return magnitude * nx, magnitude * ny
 
 
-@inlined
+@scalar
 def sidestep_force(
     rx: float, ry: float, ex: float, ey: float, gap_m: float, force: SocialForce
 ) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from annotated_types import Le
 
 from hazbot_gym.core.elementary import sin_cos
 from hazbot_gym.core.geometry import wrap_angle
-from hazbot_gym.core.jit import inlined, scalar
+from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.kinematics import Pose, Twist
 
 
@@ -26,7 +26,7 @@ class TrackingGains(NamedTuple):
     a3: Annotated[float, Le(0)] = -0.5  # on sin(theta_e) [1/s]
 
 
-@inlined
+@scalar
 def pose_error(pose: Pose, reference: Pose) -> Pose:
     """Return actual minus reference pose in the robot's frame, xi_e = M(theta) (xi - xi_r) (eq 10).
 
@@ -54,7 +54,7 @@ def pose_error_rate(error: Pose, velocity: Twist, reference: Twist) -> Pose:
     )
 
 
-@inlined
+@scalar
 def tracking_law(error: Pose, reference: Twist, gains: TrackingGains) -> Twist:
     """Return the velocity that brings the robot onto its moving reference (eq 12c, SPEC section 2).
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from hazbot_gym.core.fuzzy_pid import FuzzyPid, fuzzy_pid_gains
 from hazbot_gym.core.geometry import clip, path_length, path_pose
-from hazbot_gym.core.jit import LANES, inlined, kernel, scalar
+from hazbot_gym.core.jit import LANES, kernel, scalar
 from hazbot_gym.core.kinematics import Chassis, Pose, Twist, arc_step, body_velocity, wheel_speeds
 from hazbot_gym.core.noise import WHEELS, uniform4
 from hazbot_gym.core.pid import (
@@ -91,7 +91,7 @@ def drive_parameters(drive: Drive, physics_s: float) -> DriveParameters:
 # --- one physics step ----------------------------------------------------------------------------
 
 
-@inlined
+@scalar
 def slew(speed_mps: float, command_mps: float, p: DriveParameters) -> float:
     """Return the reference speed one physics step later, on its way to the command [m/s]."""
     change = command_mps - speed_mps
@@ -111,7 +111,7 @@ def measurement_noise(p: DriveParameters, key: np.uint64, step: int) -> tuple[fl
     )
 
 
-@inlined
+@scalar
 def loop_gains(error: float, derivative: float, p: DriveParameters, gain_table: Floats) -> PidGains:
     """Return the gains of a wheel loop for its present error: fuzzy (15) or fixed."""
     if p.wheel_loop == FUZZY_PID:

@@ -16,7 +16,7 @@ import numpy as np
 
 from hazbot_gym.core.elementary import sin_cos
 from hazbot_gym.core.geometry import is_near_line, nearest_on_segment, norm, route_pose
-from hazbot_gym.core.jit import LANES, inlined, scalar
+from hazbot_gym.core.jit import LANES, scalar
 from hazbot_gym.core.noise import CROWD, uniform4, uniform_noise
 from hazbot_gym.core.proxemics import PERSONAL_M
 from hazbot_gym.core.social_force import (
@@ -210,7 +210,7 @@ def values_of(force: Record) -> SocialForce:
     )  # fmt: skip
 
 
-@inlined
+@scalar
 def body_push(
     x: float, y: float, vx: float, vy: float, reach: float, ex: float, ey: float,
     strength: float, range_m: float, gain: float, is_in_the_way: bool, force: SocialForce,
@@ -280,7 +280,7 @@ def _add_up(pushes: Record, walkers: Records) -> None:
     pushes.count = 0
 
 
-@inlined
+@scalar
 def robot_push(
     x: float, y: float, vx: float, vy: float, robot_vx: float, robot_vy: float,
     desired_speed: float, radius: float, ex: float, ey: float, reaction: Reaction,
@@ -299,7 +299,7 @@ def robot_push(
     return (ax + pull * x if is_noticed else 0.0), (ay + pull * y if is_noticed else 0.0)
 
 
-@inlined
+@scalar
 def blocked_share(
     x: float, y: float, along_mps: float, desired_speed: float, radius: float, ex: float, ey: float
 ) -> float:
