@@ -13,6 +13,7 @@ from typing import Annotated, NamedTuple
 
 from annotated_types import Ge, Gt, Le
 
+from hazbot_gym.core.elementary import sin_cos
 from hazbot_gym.core.geometry import nearest_on_segment
 from hazbot_gym.core.jit import scalar
 
@@ -34,16 +35,6 @@ class Ultrasonic(NamedTuple):
     sequential: bool = False  # one sensor a decision, in turn, instead of all at once
 
 
-@scalar
-def mounting_angle(sensor: int, front_angle_rad: float) -> float:
-    """Return the direction of a sensor's axis in the robot frame [rad]."""
-    if sensor == FRONT_LEFT:
-        return front_angle_rad
-    if sensor == FRONT_RIGHT:
-        return -front_angle_rad
-    return math.pi / 2 if sensor == SIDE_LEFT else -math.pi / 2
-
-
 class Cone(NamedTuple):
     """A sensor's cone by its directions: no angle is worked out for each surface."""
 
@@ -54,11 +45,17 @@ class Cone(NamedTuple):
 
 
 @scalar
-def cone_at(axis_rad: float, half_cone_rad: float) -> Cone:
-    """Return the cone around an axis."""
-    return Cone(
-        math.cos(axis_rad), math.sin(axis_rad), math.cos(half_cone_rad), math.sin(half_cone_rad)
-    )
+def cone_of(sensor: int, theta: float, p: Ultrasonic) -> Cone:
+    """Return the cone of a sensor on a robot with heading theta [rad]."""
+    sin_t, cos_t = sin_cos(theta)
+    sin_half, cos_half = sin_cos(p.half_cone_rad)
+    sine, cosine = 1.0, 0.0  # of the sensor's axis in the robot frame
+    if sensor == FRONT_LEFT or sensor == FRONT_RIGHT:
+        sine, cosine = sin_cos(p.front_angle_rad)
+    if sensor == FRONT_RIGHT or sensor == SIDE_RIGHT:
+        sine = -sine
+    axis_x, axis_y = cos_t * cosine - sin_t * sine, sin_t * cosine + cos_t * sine
+    return Cone(axis_x, axis_y, cos_half, sin_half)
 
 
 @scalar

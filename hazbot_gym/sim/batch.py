@@ -172,9 +172,10 @@ def step_group(
     for lane in range(count):
         i = group.world[lane]
         group.contact[lane] = NO_CONTACT
-        load_lane(group.drive, lane, worlds.robots[i], worlds.wheels[i])
+        step = worlds.steps[i] * m.social_per_decision * m.physics_per_social
+        load_lane(group.drive, lane, worlds.robots[i], worlds.wheels[i], worlds.keys[i], step)
     for period in range(m.social_per_decision):
-        _drive_period(group, count, period, worlds, surroundings, m)
+        _drive_period(group, count, worlds, surroundings, m)
         _walk_period(group, count, period, worlds, surroundings, m, bench)
 
 
@@ -208,9 +209,8 @@ def _walk_period(
 
 @scalar
 def _drive_period(
-    group: Record, count: int, period: int, worlds: Worlds, surroundings: Surroundings,
-    m: Mechanics,
-) -> None:  # fmt: skip
+    group: Record, count: int, worlds: Worlds, surroundings: Surroundings, m: Mechanics
+) -> None:
     """Drive a group's robots for a social period; look for contacts where something is near."""
     for lane in range(count):
         i = group.world[lane]
@@ -221,10 +221,7 @@ def _drive_period(
     for k in range(m.physics_per_social):
         for lane in range(count):
             i = group.world[lane]
-            period_of_world = worlds.steps[i] * m.social_per_decision + period
-            step = period_of_world * m.physics_per_social + k
-            path = place_of(worlds, i, surroundings).path
-            aim_lane(group.drive, lane, path, m.drive[0], worlds.keys[i], step)
+            aim_lane(group.drive, lane, place_of(worlds, i, surroundings).path)
         drive_step(group.drive, p, m.gains)
         for lane in range(count):
             if group.is_near[lane]:

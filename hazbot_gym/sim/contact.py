@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from hazbot_gym.core.geometry import nearest_on_segment, norm
+from hazbot_gym.core.geometry import is_near_line, nearest_on_segment, norm
 from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.state import (
     NO_CONTACT,
@@ -22,30 +22,37 @@ from hazbot_gym.core.state import (
 )
 
 TOP_SPEED_MPS = 2.0  # the robot is never this fast
+ENOUGH_M = 1.0  # slack beyond which nobody needs to know how much
 
 
 @scalar
-def wall_distance(robot: Record, walls: Floats) -> float:
-    """Return the distance from the robot's centre to the nearest wall, inf without walls [m]."""
-    nearest = math.inf
+def wall_distance(robot: Record, walls: Floats, within_m: float) -> float:
+    """Return the distance from the robot's centre to the nearest wall, at most ``within_m`` [m]."""
+    nearest = within_m
     for k in range(walls.shape[0]):
-        x, y = nearest_on_segment(
-            robot.x, robot.y, walls[k, 0], walls[k, 1], walls[k, 2], walls[k, 3]
-        )
-        nearest = min(nearest, norm(x - robot.x, y - robot.y))
+        x1, y1, x2, y2 = walls[k, 0], walls[k, 1], walls[k, 2], walls[k, 3]
+        if is_near_line(robot.x, robot.y, x1, y1, x2, y2, nearest):
+            x, y = nearest_on_segment(robot.x, robot.y, x1, y1, x2, y2)
+            nearest = min(nearest, norm(x - robot.x, y - robot.y))
     return nearest
 
 
 @scalar
 def slack(people: Records, walls: Floats, robot: Record, dt_s: float) -> float:
-    """Return how far everything stays from touching the robot within dt, at least [m]."""
-    nearest = wall_distance(robot, walls) - ROBOT_RADIUS_M
+    """Return how far everything stays from touching the robot within dt, at least [m].
+
+    What is more than a metre clear of that counts as a metre.
+    """
+    reach_m = ROBOT_RADIUS_M + TOP_SPEED_MPS * dt_s
+    left_m = wall_distance(robot, walls, reach_m + ENOUGH_M) - reach_m
     for i in range(people.shape[0]):
         me = people[i]
-        if me.status == PRESENT:
-            gap = norm(me.x - robot.x, me.y - robot.y) - me.radius - ROBOT_RADIUS_M
-            nearest = min(nearest, gap - norm(me.vx, me.vy) * dt_s)
-    return nearest - TOP_SPEED_MPS * dt_s
+        dx, dy = abs(me.x - robot.x), abs(me.y - robot.y)
+        stride_m = (abs(me.vx) + abs(me.vy)) * dt_s  # at least what it makes within dt
+        if me.status == PRESENT and max(dx, dy) < reach_m + me.radius + stride_m + ENOUGH_M:
+            gap_m = norm(dx, dy) - me.radius - norm(me.vx, me.vy) * dt_s
+            left_m = min(left_m, gap_m - reach_m)
+    return left_m
 
 
 @scalar
@@ -66,4 +73,5 @@ def find_contact(people: Records, walls: Floats, robot: Record, elapsed_s: float
             reach = me.radius + ROBOT_RADIUS_M
             if dx * dx + dy * dy < reach * reach:
                 return i
-    return WALL if wall_distance(robot, walls) < ROBOT_RADIUS_M else NO_CONTACT
+    wall_m = wall_distance(robot, walls, 2.0 * ROBOT_RADIUS_M)
+    return WALL if wall_m < ROBOT_RADIUS_M else NO_CONTACT

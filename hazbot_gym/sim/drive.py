@@ -42,6 +42,8 @@ DRIVE_LANES = np.dtype(
         *((name, *_EACH) for name in ("command", "v_ref", "s", "x", "y", "theta", "v", "omega")),
         *((name, *_EACH) for name in ("x_r", "y_r", "theta_r", "curvature")),  # reference pose
         ("heading_noise", *_EACH),
+        ("key", "u8", (LANES,)),
+        ("step", "i8", (LANES,)),
         *((name, *_EACH_WHEEL) for name in ("wanted", "noise", "kp", "ki", "kd")),
         *((name, *_EACH_WHEEL) for name in WHEEL.names or ()),
     ],
@@ -101,8 +103,6 @@ def slew(speed_mps: float, command_mps: float, p: DriveParameters) -> float:
 @scalar
 def measurement_noise(p: DriveParameters, key: np.uint64, step: int) -> tuple[float, float, float]:
     """Return the errors of right and left wheel speed [rad/s] and of heading [rad] at a step."""
-    if p.wheel_noise_radps == 0.0 and p.heading_noise_rad == 0.0:
-        return 0.0, 0.0, 0.0
     right, left, heading, _ = uniform4(key, WHEELS, step, 0)
     return (
         (2.0 * right - 1.0) * p.wheel_noise_radps,
@@ -138,8 +138,20 @@ def values_of(p: Record) -> DriveParameters:
 
 
 @scalar
-def load_lane(lanes: Record, i: int, robot: Record, wheels: Records) -> None:
-    """Take a robot and its wheels into lane i."""
+def load_lane(
+    lanes: Record, i: int, robot: Record, wheels: Records, key: np.uint64, step: int
+) -> None:
+    """Take a robot and its wheels into lane i.
+
+    Args:
+        lanes: Record of type ``DRIVE_LANES``.
+        i: Which lane.
+        robot: Record of type ``ROBOT``.
+        wheels: (2,) records of type ``WHEEL``.
+        key: Key of the scenario's noise.
+        step: Physics steps since the start of the episode.
+    """
+    lanes.key[i], lanes.step[i] = key, step
     lanes.command[i], lanes.v_ref[i], lanes.s[i] = robot.command, robot.v_ref, robot.s
     lanes.x[i], lanes.y[i], lanes.theta[i] = robot.x, robot.y, robot.theta
     for w in (RIGHT, LEFT):
@@ -169,20 +181,18 @@ def store_lane(lanes: Record, i: int, robot: Record, wheels: Records) -> None:
 
 
 @scalar
-def aim_lane(lanes: Record, i: int, path: Records, p: Record, key: np.uint64, step: int) -> None:
-    """Note for lane i what a physics step starts from: the reference pose and the noise.
-
-    Args:
-        lanes: Record of type ``DRIVE_LANES``.
-        i: Which lane.
-        path: (M,) records of type ``PATH_PIECE``.
-        p: Parameters of the drive.
-        key: Key of the scenario's noise.
-        step: Physics steps since the start of the episode.
-    """
+def aim_lane(lanes: Record, i: int, path: Records) -> None:
+    """Note the reference pose on lane i's path, (M,) records of type ``PATH_PIECE``."""
     lanes.x_r[i], lanes.y_r[i], lanes.theta_r[i], lanes.curvature[i] = path_pose(path, lanes.s[i])
-    right, left, heading = measurement_noise(p, key, step)
-    lanes.noise[RIGHT, i], lanes.noise[LEFT, i], lanes.heading_noise[i] = right, left, heading
+
+
+@scalar
+def _disturb(lanes: Record, p: DriveParameters) -> None:
+    """Draw the measurement noise of a step."""
+    for i in range(LANES):
+        right, left, heading = measurement_noise(p, lanes.key[i], lanes.step[i])
+        lanes.noise[RIGHT, i], lanes.noise[LEFT, i], lanes.heading_noise[i] = right, left, heading
+        lanes.step[i] += 1
 
 
 @scalar
@@ -244,6 +254,8 @@ def drive_step(lanes: Record, p: DriveParameters, gain_table: Floats) -> None:
         p: From ``values_of``.
         gain_table: From ``core.fuzzy_pid.gain_table``.
     """
+    if p.wheel_noise_radps > 0.0 or p.heading_noise_rad > 0.0:
+        _disturb(lanes, p)
     _steer(lanes, p)
     for w in (RIGHT, LEFT):
         if p.wheel_loop == IDEAL:
@@ -299,9 +311,9 @@ def drive(
     """
     robots[0].command = command_mps
     p = values_of(parameters[0])
-    load_lane(lanes[0], 0, robots[0], wheels)
-    for step in range(first_step, first_step + substeps):
-        aim_lane(lanes[0], 0, path, parameters[0], np.uint64(key), step)
+    load_lane(lanes[0], 0, robots[0], wheels, np.uint64(key), first_step)
+    for _ in range(substeps):
+        aim_lane(lanes[0], 0, path)
         drive_step(lanes[0], p, gain_table)
     store_lane(lanes[0], 0, robots[0], wheels)
     update_pose_error(robots[0], path)
@@ -361,9 +373,9 @@ def _steps_to_end(
 ) -> int:
     robot, p = robots[0], values_of(parameters[0])
     robot.command = p.nominal_speed_mps
-    load_lane(lanes[0], 0, robot, wheels)
+    load_lane(lanes[0], 0, robot, wheels, np.uint64(0), 0)
     for step in range(1, horizon + 1):
-        aim_lane(lanes[0], 0, path, parameters[0], np.uint64(0), step)
+        aim_lane(lanes[0], 0, path)
         drive_step(lanes[0], p, gain_table)
         store_lane(lanes[0], 0, robot, wheels)
         update_pose_error(robot, path)

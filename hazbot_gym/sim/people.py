@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from hazbot_gym.core.elementary import sin_cos
 from hazbot_gym.core.geometry import norm, route_pose
 from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.social_force import SocialForce
@@ -127,6 +128,8 @@ def begin_social_step(
             _advance(me, place.routes, dt_s)
         if me.model != REPLAY and me.status == WAITING:
             _enter(people, i, robot, step * dt_s)
+    sine, cosine = sin_cos(robot.theta)
+    robot_vx, robot_vy = robot.v * cosine, robot.v * sine
     for i in range(people.shape[0]):
         me = people[i]
         if me.model == REPLAY:
@@ -135,8 +138,10 @@ def begin_social_step(
             if me.model == SCRIPTED:
                 _follow_script(me, place.routes, dt_s)
             else:
-                reaction = reactions[me.reaction]
-                take_up(bench, walkers, people, i, place, robot, force, reaction, key, step)
+                take_up(
+                    bench, walkers, people, i, place, robot, robot_vx, robot_vy, force,
+                    reactions[me.reaction], key, step,
+                )  # fmt: skip
                 walkers += 1
     return walkers
 

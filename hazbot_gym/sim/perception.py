@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hazbot_gym.config import Config, Tracker
-from hazbot_gym.core.geometry import is_in_sight, nearest_on_segment, norm
+from hazbot_gym.core.elementary import sin_cos
+from hazbot_gym.core.geometry import is_in_sight, is_near_line, nearest_on_segment, norm
 from hazbot_gym.core.jit import kernel, scalar
 from hazbot_gym.core.noise import SONAR, TRACKER, noise_value, uniform4
 from hazbot_gym.core.patterns import Thresholds, classify
@@ -29,9 +30,8 @@ from hazbot_gym.core.state import (
 )
 from hazbot_gym.core.ultrasonic import (
     Ultrasonic,
-    cone_at,
+    cone_of,
     disc_echo,
-    mounting_angle,
     segment_echo,
 )
 
@@ -87,8 +87,8 @@ def sensor_parameters(config: Config) -> SensorParameters:
 @scalar
 def echo(sensor: int, robot: Record, people: Records, walls: Floats, p: Ultrasonic) -> float:
     """Return the true distance of a sensor's first echo, at most its range [m]."""
-    cone = cone_at(robot.theta + mounting_angle(sensor, p.front_angle_rad), p.half_cone_rad)
-    cos_miss = math.cos(p.miss_angle_rad) if p.miss_angle_rad < math.pi / 2 else 0.0
+    cone = cone_of(sensor, robot.theta, p)
+    cos_miss = sin_cos(p.miss_angle_rad)[1] if p.miss_angle_rad < math.pi / 2 else 0.0
     x = robot.x + p.mount_radius_m * cone.axis_x
     y = robot.y + p.mount_radius_m * cone.axis_y
     nearest = p.range_m
@@ -100,6 +100,8 @@ def echo(sensor: int, robot: Record, people: Records, walls: Floats, p: Ultrason
                 nearest = min(nearest, disc_echo(dx, dy, people[i].radius, cone))
     for k in range(walls.shape[0]):
         x1, y1, x2, y2 = walls[k, 0] - x, walls[k, 1] - y, walls[k, 2] - x, walls[k, 3] - y
+        if not is_near_line(0.0, 0.0, x1, y1, x2, y2, nearest):
+            continue
         near_x, near_y = nearest_on_segment(0.0, 0.0, x1, y1, x2, y2)
         if near_x * near_x + near_y * near_y < nearest * nearest:  # else no part of it is nearer
             nearest = min(nearest, segment_echo(x1, y1, x2, y2, cone, cos_miss))
@@ -112,15 +114,17 @@ def sense_ranges(
     ranges: Floats,
 ) -> None:  # fmt: skip
     """Write the four readings [m]; with sequential firing only one of them is new each decision."""
+    u1 = uniform4(key, SONAR, step, 0)
+    u2 = uniform4(key, SONAR, step, 1) if p.gaussian else u1
+    u3 = uniform4(key, SONAR, step, 2) if p.cross_talk > 0.0 else u1
     for sensor in range(SENSORS):
         if p.sequential and step > 0 and step % SENSORS != sensor:
             continue
         reading = echo(sensor, robot, people, walls, p)
-        u1, u2, u3, _ = uniform4(key, SONAR, step, sensor)
-        if u3 < p.cross_talk:
+        if p.cross_talk > 0.0 and u3[sensor] < p.cross_talk:
             reading = min(reading, echo(sensor ^ 1, robot, people, walls, p))
         if reading < p.range_m:  # silence carries no noise
-            reading += noise_value(u1, u2, p.noise_m, p.gaussian)
+            reading += noise_value(u1[sensor], u2[sensor], p.noise_m, p.gaussian)
         ranges[sensor] = min(max(reading, 0.0), p.range_m)
 
 
@@ -162,8 +166,7 @@ def track_people(
     row = (step + 1) % history.shape[0] if step + 1 >= history.shape[0] else 0
     for i in range(tracks.shape[0]):
         seen, track = history[row, i], tracks[i]
-        u1, u2, u3, u4 = uniform4(key, TRACKER, step, 2 * i)
-        dropped, _, _, _ = uniform4(key, TRACKER, step, 2 * i + 1)
+        dropped = uniform4(key, TRACKER, step, 2 * i + 1)[0] if t.dropout > 0.0 else 1.0
         distance = norm(seen.x - robot.x, seen.y - robot.y)
         is_seen = _is_seen(seen, distance, robot, walls, t, dropped)
         track.visible = 1 if is_seen else 0
@@ -171,6 +174,7 @@ def track_people(
             track.pattern = NO_PATTERN
         if not is_seen:
             continue
+        u1, u2, u3, u4 = uniform4(key, TRACKER, step, 2 * i)
         track.x = seen.x + (2.0 * u1 - 1.0) * t.position_noise_m
         track.y = seen.y + (2.0 * u2 - 1.0) * t.position_noise_m
         track.vx = seen.vx + (2.0 * u3 - 1.0) * t.velocity_noise_mps

@@ -58,6 +58,7 @@ def _keep_off_all(
     """Hold person i back from everything in reach; tell whether that was needed."""
     me = people[i]
     vx, vy = me.next_vx, me.next_vy
+    stride_m = norm(vx, vy) * dt_s  # which holding back makes no longer
     for j in range(people.shape[0]):
         other = people[j]
         dx, dy = other.x - me.x, other.y - me.y
@@ -68,7 +69,7 @@ def _keep_off_all(
     vx, vy = keep_off_robot(me, robot, vx, vy, dt_s, may_slide)
     for k in range(place.walls.shape[0]):
         x1, y1, x2, y2 = place.walls[k, 0], place.walls[k, 1], place.walls[k, 2], place.walls[k, 3]
-        if not is_near_line(me.x, me.y, x1, y1, x2, y2, me.radius + norm(vx, vy) * dt_s):
+        if not is_near_line(me.x, me.y, x1, y1, x2, y2, me.radius + stride_m):
             continue
         wx, wy = nearest_on_segment(me.x, me.y, x1, y1, x2, y2)
         dx, dy = wx - me.x, wy - me.y

@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hazbot_gym.core.elementary import sin_cos
 from hazbot_gym.core.geometry import is_near_line, nearest_on_segment, norm, route_pose
 from hazbot_gym.core.jit import LANES, scalar
 from hazbot_gym.core.noise import CROWD, uniform4, uniform_noise
@@ -126,8 +125,8 @@ def make_bench(walkers: int) -> Bench:
 
 @scalar
 def take_up(
-    bench: Bench, w: int, people: Records, i: int, place: Place, robot: Record, force: SocialForce,
-    reaction: Reaction, key: np.uint64, step: int,
+    bench: Bench, w: int, people: Records, i: int, place: Place, robot: Record, robot_vx: float,
+    robot_vy: float, force: SocialForce, reaction: Reaction, key: np.uint64, step: int,
 ) -> None:  # fmt: skip
     """Make person i walker w, and note who and what pushes it.
 
@@ -138,6 +137,8 @@ def take_up(
         i: Its index among them.
         place: Walls and routes.
         robot: The robot's record.
+        robot_vx: Its velocity, world axes [m/s].
+        robot_vy: The same, other axis [m/s].
         force: Constants of the walking model.
         reaction: How it answers to the robot.
         key: Key of the scenario's noise.
@@ -147,9 +148,8 @@ def take_up(
     chunk.ex[lane], chunk.ey[lane] = walking_direction(me, place.routes)
     chunk.vx[lane], chunk.vy[lane] = me.vx, me.vy
     chunk.radius[lane], chunk.desired_speed[lane] = me.radius, me.desired_speed
-    sine, cosine = sin_cos(robot.theta)
     chunk.robot_x[lane], chunk.robot_y[lane] = robot.x - me.x, robot.y - me.y
-    chunk.robot_vx[lane], chunk.robot_vy[lane] = robot.v * cosine, robot.v * sine
+    chunk.robot_vx[lane], chunk.robot_vy[lane] = robot_vx, robot_vy
     chunk.gain[lane], chunk.range_m[lane] = reaction.gain, reaction.range_m
     chunk.attraction_mps2[lane] = reaction.attraction_mps2
     chunk.key[lane], chunk.step[lane], chunk.person[lane] = key, step, i
