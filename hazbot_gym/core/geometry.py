@@ -98,6 +98,15 @@ def path_length(path: Records) -> float:
 
 
 @scalar
+def piece_at(path: Records, s: float) -> int:
+    """Return which piece of a path has arc length s on it."""
+    i = 0
+    while i + 1 < path.shape[0] and s >= path[i + 1].s:
+        i += 1
+    return i
+
+
+@scalar
 def path_pose(path: Records, s: float) -> tuple[float, float, float, float]:
     """Return x, y, heading and curvature at arc length s; beyond an end the path goes on straight.
 
@@ -107,10 +116,7 @@ def path_pose(path: Records, s: float) -> tuple[float, float, float, float]:
         y = y0 - (cos(psi + k l) - cos psi)/k
         heading = psi + k l
     """
-    i = 0
-    while i + 1 < path.shape[0] and s >= path[i + 1].s:
-        i += 1
-    piece = path[i]
+    piece = path[piece_at(path, s)]
     along = s - piece.s
     on_piece = clip(along, 0.0, piece.length)
     beyond = along - on_piece

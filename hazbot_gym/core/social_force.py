@@ -69,7 +69,7 @@ def goal_force(
 
 @scalar
 def elliptical_repulsion(
-    rx: float, ry: float, sx: float, sy: float, strength: float, range_m: float
+    nx: float, ny: float, distance: float, sx: float, sy: float, strength: float, range_m: float
 ) -> tuple[float, float]:
     """Return the repulsion from somebody at -r who steps by s relative to oneself [m/s^2].
 
@@ -77,24 +77,23 @@ def elliptical_repulsion(
       = V0/sigma exp(-b/sigma) (|r| + |r - s|)/(4b) (r/|r| + (r - s)/|r - s|)
 
     Args:
-        rx: From the other to oneself, surface to surface [m].
-        ry: The same, other axis [m].
+        nx: r/|r|, the unit vector from the other to oneself.
+        ny: The same, other axis.
+        distance: |r|, surface to surface [m].
         sx: Relative step (v_other - v_self) * step time [m].
         sy: The same, other axis [m].
         strength: V0/sigma [m/s^2].
         range_m: sigma [m].
     """
-    distance = max(norm(rx, ry), 1e-6)
-    ahead = max(norm(rx - sx, ry - sy), 1e-6)
+    ahead_x, ahead_y = distance * nx - sx, distance * ny - sy
+    ahead = max(norm(ahead_x, ahead_y), 1e-6)
     total = distance + ahead
     b = 0.5 * math.sqrt(max(total * total - sx * sx - sy * sy, 1e-8))
     magnitude = strength * decay(-b / range_m) * total / (4.0 * b)
     # Near the axis of the ellipse the gradient grows without bound; nobody accelerates beyond that.
     magnitude = min(magnitude, strength)
-    return (
-        magnitude * (rx / distance + (rx - sx) / ahead),
-        magnitude * (ry / distance + (ry - sy) / ahead),
-    )
+    share = magnitude / ahead
+    return magnitude * nx + share * ahead_x, magnitude * ny + share * ahead_y
 
 
 @scalar
@@ -123,7 +122,7 @@ def wall_force(
 
 @scalar
 def sidestep_force(
-    rx: float, ry: float, ex: float, ey: float, gap_m: float, force: SocialForce
+    nx: float, ny: float, ex: float, ey: float, gap_m: float, force: SocialForce
 ) -> tuple[float, float]:
     """Return the acceleration with which a walker steps aside for an obstacle ahead [m/s^2].
 
@@ -132,18 +131,16 @@ def sidestep_force(
     and the harder the nearer and the more head-on: a (1 - gap/range) cos(bearing)^4.
 
     Args:
-        rx: From the walker to the obstacle's centre [m].
-        ry: The same, other axis [m].
+        nx: Unit vector from the walker to the obstacle's centre.
+        ny: The same, other axis.
         ex: Walking direction, unit vector.
         ey: The same, other axis.
         gap_m: Distance between the surfaces [m].
         force: Constants of the model.
     """
-    distance = max(norm(rx, ry), 1e-6)
-    ahead = (rx * ex + ry * ey) / distance
-    obstacle_on_left = ex * ry - ey * rx >= -1e-3 * distance
-    side = 1.0 if obstacle_on_left else -1.0
+    ahead = max(nx * ex + ny * ey, 0.0)
+    side = 1.0 if ex * ny - ey * nx >= -1e-3 else -1.0  # the obstacle is on the left, or in line
     nearness = min(max(1.0 - max(gap_m, 0.0) / force.sidestep_range_m, 0.0), 1.0)
-    squared = max(ahead, 0.0) * max(ahead, 0.0)
+    squared = ahead * ahead
     magnitude = side * force.sidestep_mps2 * nearness * (squared * squared)
     return magnitude * ey, -magnitude * ex

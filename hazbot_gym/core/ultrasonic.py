@@ -45,17 +45,32 @@ class Cone(NamedTuple):
 
 
 @scalar
-def cone_of(sensor: int, theta: float, p: Ultrasonic) -> Cone:
-    """Return the cone of a sensor on a robot with heading theta [rad]."""
-    sin_t, cos_t = sin_cos(theta)
-    sin_half, cos_half = sin_cos(p.half_cone_rad)
-    sine, cosine = 1.0, 0.0  # of the sensor's axis in the robot frame
-    if sensor == FRONT_LEFT or sensor == FRONT_RIGHT:
-        sine, cosine = sin_cos(p.front_angle_rad)
-    if sensor == FRONT_RIGHT or sensor == SIDE_RIGHT:
-        sine = -sine
-    axis_x, axis_y = cos_t * cosine - sin_t * sine, sin_t * cosine + cos_t * sine
-    return Cone(axis_x, axis_y, cos_half, sin_half)
+def cone_at(axis_rad: float, half_cone_rad: float) -> Cone:
+    """Return the cone around an axis."""
+    sine, cosine = sin_cos(axis_rad)
+    sin_half, cos_half = sin_cos(half_cone_rad)
+    return Cone(cosine, sine, cos_half, sin_half)
+
+
+@scalar
+def mounting(sensor: int, sin_front: float, cos_front: float) -> tuple[float, float]:
+    """Return the direction of a sensor's axis in the robot frame, (ahead, left), of length 1.
+
+    Args:
+        sensor: Which of ``SENSOR_NAMES``.
+        sin_front: Sine of the angle of the two in front.
+        cos_front: Its cosine.
+    """
+    is_in_front = sensor == FRONT_LEFT or sensor == FRONT_RIGHT
+    side = 1.0 if sensor == FRONT_LEFT or sensor == SIDE_LEFT else -1.0
+    return (cos_front, side * sin_front) if is_in_front else (0.0, side)
+
+
+@scalar
+def turned(cone: Cone, sin_t: float, cos_t: float) -> Cone:
+    """Return a cone of the robot frame as it points while the robot's heading is t."""
+    x, y = cone.axis_x, cone.axis_y
+    return Cone(cos_t * x - sin_t * y, sin_t * x + cos_t * y, cone.cos_half, cone.sin_half)
 
 
 @scalar
@@ -72,6 +87,27 @@ def _edge(cone: Cone, side: float) -> tuple[float, float]:
 def _is_inside(x: float, y: float, distance: float, cone: Cone) -> bool:
     """Tell whether a point at a distance lies in the cone; the sensor itself does."""
     return x * cone.axis_x + y * cone.axis_y >= distance * cone.cos_half
+
+
+@scalar
+def may_meet_disc(dx: float, dy: float, radius: float, cone: Cone) -> bool:
+    """Tell, at the cost of a few products, whether a disc can reach into the cone at all."""
+    along = dx * cone.axis_x + dy * cone.axis_y
+    across = abs(cone.axis_x * dy - cone.axis_y * dx)
+    return along > -radius and across * cone.cos_half - along * cone.sin_half <= radius
+
+
+@scalar
+def may_meet_segment(x1: float, y1: float, x2: float, y2: float, cone: Cone) -> bool:
+    """Tell whether a segment can reach into the cone: not if it lies beyond an edge, or behind."""
+    along_1, across_1 = x1 * cone.axis_x + y1 * cone.axis_y, cone.axis_x * y1 - cone.axis_y * x1
+    along_2, across_2 = x2 * cone.axis_x + y2 * cone.axis_y, cone.axis_x * y2 - cone.axis_y * x2
+    if along_1 < 0.0 and along_2 < 0.0:
+        return False
+    edge_1, edge_2 = along_1 * cone.sin_half, along_2 * cone.sin_half
+    off_1, off_2 = across_1 * cone.cos_half, across_2 * cone.cos_half
+    is_left = off_1 > edge_1 and off_2 > edge_2
+    return not (is_left or (-off_1 > edge_1 and -off_2 > edge_2))
 
 
 @scalar

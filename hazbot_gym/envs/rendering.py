@@ -18,7 +18,7 @@ from hazbot_gym.core.geometry import path_length, sample_path
 from hazbot_gym.core.kinematics import Chassis
 from hazbot_gym.core.proxemics import INTIMATE_M, PERSONAL_M, SOCIAL_M
 from hazbot_gym.core.state import PATTERN_NAMES, PRESENT, Floats, Place, Records
-from hazbot_gym.core.ultrasonic import Ultrasonic, mounting_angle
+from hazbot_gym.core.ultrasonic import Ultrasonic, mounting
 from hazbot_gym.errors import MissingExtra
 
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
@@ -261,9 +261,11 @@ def _draw_echoes(canvas: _Canvas, frame: Frame) -> None:
     sonar = frame.sonar
     canvas.begin_layer()
     for sensor, reading in enumerate(frame.ranges_m):
-        mounted = mounting_angle(sensor, sonar.front_angle_rad)
+        front = math.sin(sonar.front_angle_rad), math.cos(sonar.front_angle_rad)
+        axis = np.array(mounting(sensor, *front))
+        mounted = math.atan2(axis[1], axis[0])
         angles = np.linspace(-sonar.half_cone_rad, sonar.half_cone_rad, 13) + mounted
-        rim = sonar.mount_radius_m * np.array([math.cos(mounted), math.sin(mounted)])
+        rim = sonar.mount_radius_m * axis
         arc = rim + reading * np.column_stack([np.cos(angles), np.sin(angles)])
         alpha = 20 if reading >= sonar.range_m else 52
         cone = _placed(np.vstack([rim, arc]), frame.x_m, frame.y_m, frame.theta_rad)

@@ -36,6 +36,8 @@ from hazbot_gym.sim.drive import (
     aim_lane,
     drive_parameters,
     drive_step,
+    follow_lane,
+    follow_lines,
     load_lane,
     store_lane,
     update_pose_error,
@@ -218,10 +220,13 @@ def _drive_period(
         nearest = slack(worlds.people[i], walls, worlds.robots[i], m.social_s)
         group.is_near[lane] = nearest <= 0.0 and group.contact[lane] == NO_CONTACT
     p = values_of(m.drive[0])
+    for lane in range(count):
+        path = place_of(worlds, group.world[lane], surroundings).path
+        aim_lane(group.drive, lane, path, p.nominal_speed_mps * m.social_s)
     for k in range(m.physics_per_social):
+        follow_lines(group.drive)
         for lane in range(count):
-            i = group.world[lane]
-            aim_lane(group.drive, lane, place_of(worlds, i, surroundings).path)
+            follow_lane(group.drive, lane, place_of(worlds, group.world[lane], surroundings).path)
         drive_step(group.drive, p, m.gains)
         for lane in range(count):
             if group.is_near[lane]:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hazbot_gym.core.fuzzy_pid import FuzzyPid, fuzzy_pid_gains
-from hazbot_gym.core.geometry import clip, path_length, path_pose
+from hazbot_gym.core.geometry import STRAIGHT_PER_M, clip, path_length, path_pose, piece_at
 from hazbot_gym.core.jit import LANES, kernel, scalar
 from hazbot_gym.core.kinematics import Chassis, Pose, Twist, arc_step, body_velocity, wheel_speeds
 from hazbot_gym.core.noise import WHEELS, uniform4
@@ -41,6 +41,8 @@ DRIVE_LANES = np.dtype(
     [
         *((name, *_EACH) for name in ("command", "v_ref", "s", "x", "y", "theta", "v", "omega")),
         *((name, *_EACH) for name in ("x_r", "y_r", "theta_r", "curvature")),  # reference pose
+        *((name, *_EACH) for name in ("x_0", "y_0", "s_0", "cos", "sin")),  # its line
+        ("is_straight", "i8", (LANES,)),
         ("heading_noise", *_EACH),
         ("key", "u8", (LANES,)),
         ("step", "i8", (LANES,)),
@@ -181,9 +183,43 @@ def store_lane(lanes: Record, i: int, robot: Record, wheels: Records) -> None:
 
 
 @scalar
-def aim_lane(lanes: Record, i: int, path: Records) -> None:
-    """Note the reference pose on lane i's path, (M,) records of type ``PATH_PIECE``."""
-    lanes.x_r[i], lanes.y_r[i], lanes.theta_r[i], lanes.curvature[i] = path_pose(path, lanes.s[i])
+def aim_lane(lanes: Record, i: int, path: Records, reach_m: float) -> None:
+    """Note along which line lane i's reference point runs, if it stays on one for a while.
+
+    Args:
+        lanes: Record of type ``DRIVE_LANES``.
+        i: Which lane.
+        path: (M,) records of type ``PATH_PIECE``.
+        reach_m: How far the reference point may come before the lane is aimed again [m].
+    """
+    piece = path[piece_at(path, lanes.s[i])]
+    is_last = piece.s + piece.length >= path_length(path)
+    is_within = is_last or lanes.s[i] + reach_m < piece.s + piece.length
+    lanes.is_straight[i] = abs(piece.curvature) < STRAIGHT_PER_M and is_within
+    lanes.x_0[i], lanes.y_0[i], lanes.s_0[i] = piece.x, piece.y, piece.s
+    lanes.cos[i], lanes.sin[i] = piece.cos, piece.sin
+    lanes.theta_r[i], lanes.curvature[i] = piece.heading, 0.0
+
+
+@scalar
+def follow_lane(lanes: Record, i: int, path: Records) -> None:
+    """Put lane i's reference point onto its path where that is not a line."""
+    if not lanes.is_straight[i]:
+        lanes.x_r[i], lanes.y_r[i], lanes.theta_r[i], lanes.curvature[i] = path_pose(
+            path, lanes.s[i]
+        )
+
+
+@scalar
+def follow_lines(lanes: Record) -> None:
+    """Put the reference points of all lanes onto their lines; ``follow_lane`` has the exceptions.
+
+    On a line ``path_pose`` is just this.
+    """
+    for i in range(LANES):
+        along = lanes.s[i] - lanes.s_0[i]
+        lanes.x_r[i] = lanes.x_0[i] + along * lanes.cos[i]
+        lanes.y_r[i] = lanes.y_0[i] + along * lanes.sin[i]
 
 
 @scalar
@@ -244,7 +280,7 @@ def _roll(lanes: Record, p: DriveParameters) -> None:
 
 @scalar
 def drive_step(lanes: Record, p: DriveParameters, gain_table: Floats) -> None:
-    """Advance all lanes by one physics step towards their commands; each must have been aimed.
+    """Advance all lanes by one physics step towards their commands, from reference poses that are set.
 
     The loops over lanes are written so that they compile to vector instructions, four lanes at a
     time: no calls, no branches that differ between lanes, values instead of records for parameters.
@@ -313,7 +349,9 @@ def drive(
     p = values_of(parameters[0])
     load_lane(lanes[0], 0, robots[0], wheels, np.uint64(key), first_step)
     for _ in range(substeps):
-        aim_lane(lanes[0], 0, path)
+        aim_lane(lanes[0], 0, path, p.nominal_speed_mps * p.dt_s)
+        follow_lines(lanes[0])
+        follow_lane(lanes[0], 0, path)
         drive_step(lanes[0], p, gain_table)
     store_lane(lanes[0], 0, robots[0], wheels)
     update_pose_error(robots[0], path)
@@ -375,7 +413,9 @@ def _steps_to_end(
     robot.command = p.nominal_speed_mps
     load_lane(lanes[0], 0, robot, wheels, np.uint64(0), 0)
     for step in range(1, horizon + 1):
-        aim_lane(lanes[0], 0, path)
+        aim_lane(lanes[0], 0, path, p.nominal_speed_mps * p.dt_s)
+        follow_lines(lanes[0])
+        follow_lane(lanes[0], 0, path)
         drive_step(lanes[0], p, gain_table)
         store_lane(lanes[0], 0, robot, wheels)
         update_pose_error(robot, path)

@@ -13,7 +13,7 @@ import numpy as np
 
 from hazbot_gym.config import Config, Tracker
 from hazbot_gym.core.elementary import sin_cos
-from hazbot_gym.core.geometry import is_in_sight, is_near_line, nearest_on_segment, norm
+from hazbot_gym.core.geometry import is_in_sight, is_near_line, norm
 from hazbot_gym.core.jit import kernel, scalar
 from hazbot_gym.core.noise import SONAR, TRACKER, noise_value, uniform4
 from hazbot_gym.core.patterns import Thresholds, classify
@@ -29,10 +29,14 @@ from hazbot_gym.core.state import (
     records,
 )
 from hazbot_gym.core.ultrasonic import (
+    Cone,
     Ultrasonic,
-    cone_of,
     disc_echo,
+    may_meet_disc,
+    may_meet_segment,
+    mounting,
     segment_echo,
+    turned,
 )
 
 SENSORS = 4
@@ -85,25 +89,22 @@ def sensor_parameters(config: Config) -> SensorParameters:
 
 
 @scalar
-def echo(sensor: int, robot: Record, people: Records, walls: Floats, p: Ultrasonic) -> float:
+def echo(cone: Cone, robot: Record, people: Records, walls: Floats, p: Ultrasonic) -> float:
     """Return the true distance of a sensor's first echo, at most its range [m]."""
-    cone = cone_of(sensor, robot.theta, p)
     cos_miss = sin_cos(p.miss_angle_rad)[1] if p.miss_angle_rad < math.pi / 2 else 0.0
     x = robot.x + p.mount_radius_m * cone.axis_x
     y = robot.y + p.mount_radius_m * cone.axis_y
     nearest = p.range_m
     for i in range(people.shape[0]):
-        if people[i].status == PRESENT:
-            dx, dy = people[i].x - x, people[i].y - y
-            reach = nearest + people[i].radius
-            if dx * dx + dy * dy < reach * reach:
-                nearest = min(nearest, disc_echo(dx, dy, people[i].radius, cone))
+        me = people[i]
+        dx, dy, reach = me.x - x, me.y - y, nearest + me.radius
+        is_in_range = me.status == PRESENT and dx * dx + dy * dy < reach * reach
+        if is_in_range and may_meet_disc(dx, dy, me.radius, cone):
+            nearest = min(nearest, disc_echo(dx, dy, me.radius, cone))
     for k in range(walls.shape[0]):
         x1, y1, x2, y2 = walls[k, 0] - x, walls[k, 1] - y, walls[k, 2] - x, walls[k, 3] - y
-        if not is_near_line(0.0, 0.0, x1, y1, x2, y2, nearest):
-            continue
-        near_x, near_y = nearest_on_segment(0.0, 0.0, x1, y1, x2, y2)
-        if near_x * near_x + near_y * near_y < nearest * nearest:  # else no part of it is nearer
+        is_in_range = is_near_line(0.0, 0.0, x1, y1, x2, y2, nearest)
+        if is_in_range and may_meet_segment(x1, y1, x2, y2, cone):
             nearest = min(nearest, segment_echo(x1, y1, x2, y2, cone, cos_miss))
     return nearest
 
@@ -117,12 +118,19 @@ def sense_ranges(
     u1 = uniform4(key, SONAR, step, 0)
     u2 = uniform4(key, SONAR, step, 1) if p.gaussian else u1
     u3 = uniform4(key, SONAR, step, 2) if p.cross_talk > 0.0 else u1
+    sin_t, cos_t = sin_cos(robot.theta)
+    sin_half, cos_half = sin_cos(p.half_cone_rad)
+    sin_front, cos_front = sin_cos(p.front_angle_rad)
     for sensor in range(SENSORS):
         if p.sequential and step > 0 and step % SENSORS != sensor:
             continue
-        reading = echo(sensor, robot, people, walls, p)
+        axis_x, axis_y = mounting(sensor, sin_front, cos_front)
+        cone = turned(Cone(axis_x, axis_y, cos_half, sin_half), sin_t, cos_t)
+        reading = echo(cone, robot, people, walls, p)
         if p.cross_talk > 0.0 and u3[sensor] < p.cross_talk:
-            reading = min(reading, echo(sensor ^ 1, robot, people, walls, p))
+            axis_x, axis_y = mounting(sensor ^ 1, sin_front, cos_front)  # its neighbour
+            cone = turned(Cone(axis_x, axis_y, cos_half, sin_half), sin_t, cos_t)
+            reading = min(reading, echo(cone, robot, people, walls, p))
         if reading < p.range_m:  # silence carries no noise
             reading += noise_value(u1[sensor], u2[sensor], p.noise_m, p.gaussian)
         ranges[sensor] = min(max(reading, 0.0), p.range_m)

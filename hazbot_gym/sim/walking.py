@@ -233,11 +233,11 @@ def body_push(
     """
     distance = max(norm(x, y), 1e-6)
     gap = max(distance - reach, 0.01)
-    share = gap / distance
+    nx, ny = x / distance, y / distance
     sx, sy = -force.step_time_s * vx, -force.step_time_s * vy
-    fx, fy = elliptical_repulsion(x * share, y * share, sx, sy, strength, range_m)
+    fx, fy = elliptical_repulsion(nx, ny, gap, sx, sy, strength, range_m)
     weight = gain * view_weight(ex, ey, fx, fy, force)
-    aside_x, aside_y = sidestep_force(-x, -y, ex, ey, gap, force)
+    aside_x, aside_y = sidestep_force(-nx, -ny, ex, ey, gap, force)
     aside = 1.0 if is_in_the_way else 0.0
     return weight * fx + aside * aside_x, weight * fy + aside * aside_y
 
