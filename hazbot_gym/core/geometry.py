@@ -51,16 +51,12 @@ def nearest_on_segment(
 
 
 @scalar
-def is_near_line(
+def may_be_near(
     px: float, py: float, x1: float, y1: float, x2: float, y2: float, reach: float
 ) -> bool:
-    """Tell whether the line through a segment comes within reach of (px, py), without a division.
-
-    If not, the segment itself does not either.
-    """
-    dx, dy = x2 - x1, y2 - y1
-    cross = (px - x1) * dy - (py - y1) * dx
-    return cross * cross <= reach * reach * (dx * dx + dy * dy)
+    """Tell whether a segment's box comes within reach of (px, py); if not, it does not itself."""
+    is_near_x = min(x1, x2) - reach <= px and px <= max(x1, x2) + reach
+    return is_near_x and min(y1, y2) - reach <= py and py <= max(y1, y2) + reach
 
 
 @scalar

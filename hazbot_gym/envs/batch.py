@@ -175,7 +175,9 @@ def run_worlds(
         while i < last and count < LANES:
             if mask[i] and not episodes.is_over[i]:
                 lanes.world[count] = i
-                _decide(count, lanes, _reflex(i, commands[i], worlds, reflex_stop_m), worlds, outputs)
+                _decide(
+                    count, lanes, _reflex(i, commands[i], worlds, reflex_stop_m), worlds, outputs
+                )
                 count += 1
             elif mask[i]:
                 _reset_world(i, worlds, episodes, problem, outputs, bench)

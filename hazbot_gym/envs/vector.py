@@ -20,6 +20,7 @@ from gymnasium.vector.utils import batch_space
 
 from hazbot_gym.config import Config, make_config
 from hazbot_gym.core.jit import LANES
+from hazbot_gym.core.place_table import place_at
 from hazbot_gym.core.state import PERSON, Floats, Records, as_record, records
 from hazbot_gym.envs.batch import Bools, Episodes, Observations, Outputs, Problem, run_worlds
 from hazbot_gym.envs.batch_info import decision_info, end_info, final_info, masked
@@ -41,7 +42,6 @@ from hazbot_gym.sim.perception import sensor_parameters, tracker_of
 from hazbot_gym.sim.walking import make_bench
 from hazbot_gym.task.observation import LAYOUTS
 from hazbot_gym.task.outcome import DECISION, RUNNING, TIMEOUT, Rules
-from hazbot_gym.core.place_table import place_at
 from hazbot_gym.task.reward import TERMS
 from hazbot_gym.task.scenario import Source
 

@@ -16,6 +16,7 @@ from hazbot_gym.config import Config
 from hazbot_gym.core.fuzzy_pid import gain_table
 from hazbot_gym.core.jit import LANES, scalar
 from hazbot_gym.core.place_table import PlaceTable, place_at
+from hazbot_gym.core.social_force import SocialForce
 from hazbot_gym.core.state import (
     NO_CONTACT,
     PERSON,
@@ -28,7 +29,6 @@ from hazbot_gym.core.state import (
     Records,
     as_record,
 )
-from hazbot_gym.core.social_force import SocialForce
 from hazbot_gym.sim import walking
 from hazbot_gym.sim.contact import find_contact, slack
 from hazbot_gym.sim.drive import (
@@ -195,9 +195,7 @@ def _walk_period(
             update_pose_error(worlds.robots[i], place_of(worlds, i, surroundings).path)
             move_people(worlds.people[i], m.social_s)
             step = worlds.steps[i] * m.social_per_decision + period + 1
-            walkers = begin_social_period(
-                worlds, i, surroundings, m, force, step, bench, walkers
-            )
+            walkers = begin_social_period(worlds, i, surroundings, m, force, step, bench, walkers)
     walking.walk(bench, walkers, force, m.social_s)
     walkers = 0
     for lane in range(count):

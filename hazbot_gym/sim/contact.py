@@ -7,9 +7,7 @@ all, which spares both engines the looking.
 
 from __future__ import annotations
 
-import math
-
-from hazbot_gym.core.geometry import is_near_line, nearest_on_segment, norm
+from hazbot_gym.core.geometry import may_be_near, nearest_on_segment, norm
 from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.state import (
     NO_CONTACT,
@@ -31,7 +29,7 @@ def wall_distance(robot: Record, walls: Floats, within_m: float) -> float:
     nearest = within_m
     for k in range(walls.shape[0]):
         x1, y1, x2, y2 = walls[k, 0], walls[k, 1], walls[k, 2], walls[k, 3]
-        if is_near_line(robot.x, robot.y, x1, y1, x2, y2, nearest):
+        if may_be_near(robot.x, robot.y, x1, y1, x2, y2, nearest):
             x, y = nearest_on_segment(robot.x, robot.y, x1, y1, x2, y2)
             nearest = min(nearest, norm(x - robot.x, y - robot.y))
     return nearest

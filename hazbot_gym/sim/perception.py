@@ -13,7 +13,7 @@ import numpy as np
 
 from hazbot_gym.config import Config, Tracker
 from hazbot_gym.core.elementary import sin_cos
-from hazbot_gym.core.geometry import is_in_sight, is_near_line, norm
+from hazbot_gym.core.geometry import is_in_sight, may_be_near, norm
 from hazbot_gym.core.jit import kernel, scalar
 from hazbot_gym.core.noise import SONAR, TRACKER, noise_value, uniform4
 from hazbot_gym.core.patterns import Thresholds, classify
@@ -103,7 +103,7 @@ def echo(cone: Cone, robot: Record, people: Records, walls: Floats, p: Ultrasoni
             nearest = min(nearest, disc_echo(dx, dy, me.radius, cone))
     for k in range(walls.shape[0]):
         x1, y1, x2, y2 = walls[k, 0] - x, walls[k, 1] - y, walls[k, 2] - x, walls[k, 3] - y
-        is_in_range = is_near_line(0.0, 0.0, x1, y1, x2, y2, nearest)
+        is_in_range = may_be_near(0.0, 0.0, x1, y1, x2, y2, nearest)
         if is_in_range and may_meet_segment(x1, y1, x2, y2, cone):
             nearest = min(nearest, segment_echo(x1, y1, x2, y2, cone, cos_miss))
     return nearest

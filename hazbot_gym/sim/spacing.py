@@ -7,7 +7,7 @@ never overlap. A robot can still drive into people.
 
 from __future__ import annotations
 
-from hazbot_gym.core.geometry import is_near_line, nearest_on_segment, norm
+from hazbot_gym.core.geometry import may_be_near, nearest_on_segment, norm
 from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, Place, Record, Records
 
@@ -69,7 +69,7 @@ def _keep_off_all(
     vx, vy = keep_off_robot(me, robot, vx, vy, dt_s, may_slide)
     for k in range(place.walls.shape[0]):
         x1, y1, x2, y2 = place.walls[k, 0], place.walls[k, 1], place.walls[k, 2], place.walls[k, 3]
-        if not is_near_line(me.x, me.y, x1, y1, x2, y2, me.radius + stride_m):
+        if not may_be_near(me.x, me.y, x1, y1, x2, y2, me.radius + stride_m):
             continue
         wx, wy = nearest_on_segment(me.x, me.y, x1, y1, x2, y2)
         dx, dy = wx - me.x, wy - me.y

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hazbot_gym.core.geometry import is_near_line, nearest_on_segment, norm, route_pose
+from hazbot_gym.core.geometry import may_be_near, nearest_on_segment, norm, route_pose
 from hazbot_gym.core.jit import LANES, scalar
 from hazbot_gym.core.noise import CROWD, uniform4, uniform_noise
 from hazbot_gym.core.proxemics import PERSONAL_M
@@ -184,7 +184,7 @@ def _note_walls(bench: Bench, w: int, me: Record, walls: Floats, force: SocialFo
     """Note the walls near a person who is walker w."""
     pushes, reach = bench.by_walls[0], me.radius + WALL_REACH * force.wall_range_m
     for i in range(walls.shape[0]):
-        if not is_near_line(me.x, me.y, walls[i, 0], walls[i, 1], walls[i, 2], walls[i, 3], reach):
+        if not may_be_near(me.x, me.y, walls[i, 0], walls[i, 1], walls[i, 2], walls[i, 3], reach):
             continue
         k = pushes.count
         pushes.walker[k], pushes.reach[k] = w, me.radius

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from hazbot_gym.core.geometry import path_length
 from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.noise import SCENARIO, uniform4
+from hazbot_gym.core.place_table import PlaceTable
 from hazbot_gym.core.state import (
     AGAINST,
     GONE,
@@ -32,7 +33,6 @@ from hazbot_gym.core.state import (
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.crowd import choose_reaction
 from hazbot_gym.task.place_data import PathData, PlaceData, build_place, pad_routes
-from hazbot_gym.core.place_table import PlaceTable
 from hazbot_gym.task.replay_place import replay_frame
 from hazbot_gym.task.synthetic_tracks import synthetic_recording
 from hazbot_gym.task.track_files import find_recordings, read_tracks

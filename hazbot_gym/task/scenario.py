@@ -15,6 +15,7 @@ import numpy as np
 
 from hazbot_gym.config import Config, Walker
 from hazbot_gym.core.jit import kernel, scalar
+from hazbot_gym.core.place_table import PlaceTable, place_at, stack_places
 from hazbot_gym.core.state import (
     PERSON,
     PERSON_RADIUS_M,
@@ -27,7 +28,6 @@ from hazbot_gym.core.state import (
     records,
 )
 from hazbot_gym.task.crowd import Crowd, crowd_of, draw_people
-from hazbot_gym.core.place_table import PlaceTable, place_at, stack_places
 from hazbot_gym.task.places import load_place
 from hazbot_gym.task.recorded import (
     RecordedTable,
