@@ -145,9 +145,9 @@ def route_pose(routes: Floats, route: int, s: float) -> tuple[float, float, floa
     k = 0
     while k + 2 < points.shape[0] and s > points[k + 1, 2] and points[k + 2, 2] > points[k + 1, 2]:
         k += 1
-    length = points[k + 1, 2] - points[k, 2]
-    tx = (points[k + 1, 0] - points[k, 0]) / length
-    ty = (points[k + 1, 1] - points[k, 1]) / length
+    per_m = 1.0 / (points[k + 1, 2] - points[k, 2])
+    tx = per_m * (points[k + 1, 0] - points[k, 0])
+    ty = per_m * (points[k + 1, 1] - points[k, 1])
     along = s - points[k, 2]
     return points[k, 0] + along * tx, points[k, 1] + along * ty, tx, ty
 

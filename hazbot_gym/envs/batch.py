@@ -26,7 +26,7 @@ from hazbot_gym.sim.perception import remember, sense_ranges, track_people
 from hazbot_gym.sim.walking import Bench
 from hazbot_gym.task.observation import encode
 from hazbot_gym.task.outcome import RUNNING, settle
-from hazbot_gym.task.reward import reward_terms
+from hazbot_gym.task.reward import reward_terms, total
 from hazbot_gym.task.scenario import ScenarioTable, draw_scenario, recording_rows
 
 Bools = npt.NDArray[np.bool_]
@@ -48,6 +48,7 @@ class Outputs(NamedTuple):
     final_observations: Observations  # (N, width) of episodes that ended and were reset at once
     decisions: Records  # (N,) DECISION
     terms: Floats  # (N, 7)
+    rewards: Floats  # (N,) their weighted sum
     steps: npt.NDArray[np.int64]  # (N,) decisions taken in the episode, its last included
 
 
@@ -59,6 +60,7 @@ class Problem(NamedTuple):
     mechanics: Mechanics
     sensors: Records  # (1,) SensorParameters
     rules: Records  # (1,) Rules
+    weights: Floats  # (7,) of the reward terms
     nobody: Records  # (1,) blank PERSON
     start_speed_mps: float
     nominal_speed_mps: float
@@ -133,6 +135,7 @@ def _judge(
     contact, steps = group.contact[lane], worlds.steps[i]
     settle(decision, robot, people, path, contact, steps, problem.rules[0])
     reward_terms(robot, people, decision, outputs.terms[i])
+    outputs.rewards[i] = total(outputs.terms[i], problem.weights)
     _look(i, worlds, problem, outputs.observations)
     outputs.steps[i] = steps
     episodes.is_over[i] = decision.outcome != RUNNING
@@ -182,6 +185,7 @@ def run_worlds(
             elif mask[i]:
                 _reset_world(i, worlds, episodes, problem, outputs, bench)
                 outputs.terms[i, :] = 0.0
+                outputs.rewards[i] = 0.0
                 outputs.decisions[i].outcome = RUNNING
                 outputs.steps[i] = 0
             i += 1

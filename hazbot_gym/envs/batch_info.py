@@ -27,13 +27,16 @@ Info = dict[str, Any]
 def decision_info(outputs: Outputs, decision_s: float, *, told: Bools, reset: Bools) -> Info:
     """Return time, reward terms and cost of the worlds told of, zero where they were reset."""
     counts = told & ~reset
-    terms = np.where(counts[:, np.newaxis], outputs.terms, 0.0)
-    is_at_fault = (terms[:, CONTACT] > 0.0) & (outputs.decisions["cause"] == BY_ROBOT)
+    terms = outputs.terms.T.copy()
+    time_s = np.round(outputs.steps * decision_s, 9)
+    if not counts.all():
+        terms[:, ~counts], time_s[~counts] = 0.0, 0.0
+    is_at_fault = (terms[CONTACT] > 0.0) & (outputs.decisions["cause"] == BY_ROBOT)
     return masked(
         told,
-        time_s=np.where(counts, np.round(outputs.steps * decision_s, 9), 0.0),
-        reward_terms=masked(told, **{name: terms[:, k] for k, name in enumerate(TERMS)}),
-        cost=terms[:, INTRUSION] + is_at_fault,
+        time_s=time_s,
+        reward_terms=masked(told, **dict(zip(TERMS, terms, strict=True))),
+        cost=terms[INTRUSION] + is_at_fault,
     )
 
 

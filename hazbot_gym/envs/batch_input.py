@@ -47,9 +47,8 @@ def commands_of(actions: Any, worlds: int, config: Config) -> Floats:
     if values.shape != (worlds, 1) or values.dtype.kind not in "iuf":
         raise InvalidInput(f"{given}, allowed are numbers of shape ({worlds}, 1)")
     values = values[:, 0].astype(np.float64)
-    is_allowed = (values >= -1.0) & (values <= 1.0)  # not so for NaN
-    if not is_allowed.all():
-        wrong = values[~is_allowed][0]
+    if not (values.min() >= -1.0 and values.max() <= 1.0):  # nor with a NaN among them
+        wrong = values[~((values >= -1.0) & (values <= 1.0))][0]
         raise InvalidInput(f"actions: given {wrong}, allowed is -1 <= action <= 1")
     return nominal * 0.5 * (values + 1.0)
 

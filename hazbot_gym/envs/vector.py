@@ -45,7 +45,7 @@ from hazbot_gym.task.outcome import DECISION, RUNNING, TIMEOUT, Rules
 from hazbot_gym.task.reward import TERMS
 from hazbot_gym.task.scenario import Source
 
-BLOCKS_PER_THREAD, SMALLEST_BLOCK = 4, 32  # blocks of worlds, so that threads end together
+SMALLEST_BLOCK = 32  # worlds for which a thread is worth waking
 KEYS_AHEAD = 16  # scenario keys drawn in advance for each world
 
 
@@ -118,7 +118,6 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         self.single_observation_space, self.single_action_space = spaces_of(self.config)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._weights = np.array(self.config.reward)
         self._threads: ThreadPoolExecutor | None = None
         self._generators: list[np.random.Generator] = []
         self._allocate()
@@ -134,6 +133,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             mechanics=mechanics(config),
             sensors=as_record(sensor_parameters(config)),
             rules=as_record(Rules(config.arrival_tolerance_m, config.max_episode_steps)),
+            weights=np.array(config.reward),
             nobody=records(PERSON, 1),
             start_speed_mps=config.drive.start_speed_mps,
             nominal_speed_mps=config.drive.nominal_speed_mps,
@@ -154,6 +154,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             final_observations=np.zeros((n, width), np.float32),
             decisions=np.zeros(n, DECISION),
             terms=np.zeros((n, len(TERMS))),
+            rewards=np.zeros(n),
             steps=np.zeros(n, np.int64),
         )
 
@@ -197,9 +198,9 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
                 info.update(final_info(self._outputs, decision_s, ended))
             else:
                 info.update(end_info(self._outputs, ended))
-        # Summed row by row: a matrix product's last digit depends on the number of worlds.
-        rewards = (self._outputs.terms * self._weights).sum(axis=1)
-        return self._outputs.observations.copy(), rewards, ended & ~truncated, truncated, info
+        outputs = self._outputs
+        rewards = outputs.rewards.copy()
+        return outputs.observations.copy(), rewards, ended & ~truncated, truncated, info
 
     def state(self) -> State:
         """Return the true state of all worlds, for metrics."""
@@ -236,7 +237,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
     # --- inside ----------------------------------------------------------------------------------
 
     def _run(self, mask: Bools, commands: Floats) -> None:
-        """Run the kernel over the worlds of the mask, in blocks on all threads.
+        """Run the kernel over the worlds of the mask, a block of them on each thread.
 
         Compiled code holds no lock, and no world knows of another: threads change no result.
         """
@@ -250,16 +251,12 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             self._problem,
             self._outputs,
         )
-        blocks = self._blocks
-        if len(blocks) == 1:
-            run_worlds(0, self.num_envs, *arguments, *self._benches[0])
-            return
-        if self._threads is None:
-            self._threads = ThreadPoolExecutor(self._thread_count)
-        jobs = [
-            self._threads.submit(run_worlds, *block, *arguments, *bench)
-            for block, bench in zip(blocks, self._benches, strict=True)
-        ]
+        jobs = []
+        for block, bench in zip(self._blocks[1:], self._benches[1:], strict=True):
+            if self._threads is None:
+                self._threads = ThreadPoolExecutor(self._thread_count - 1)
+            jobs.append(self._threads.submit(run_worlds, *block, *arguments, *bench))
+        run_worlds(*self._blocks[0], *arguments, *self._benches[0])
         for job in jobs:
             job.result()
 
@@ -306,8 +303,6 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
 
 
 def _blocks(worlds: int, threads: int) -> list[tuple[int, int]]:
-    """Return the ranges of worlds that threads take one after the other."""
-    if threads == 1:
-        return [(0, worlds)]
-    size = max(-(-worlds // (BLOCKS_PER_THREAD * threads)), SMALLEST_BLOCK)
+    """Return the range of worlds that each thread takes."""
+    size = max(-(-worlds // threads), SMALLEST_BLOCK)
     return [(first, min(first + size, worlds)) for first in range(0, worlds, size)]

@@ -41,7 +41,7 @@ from hazbot_gym.sim.spacing import keep_apart
 LOOK_AHEAD_M = 1.0  # how far ahead on the lane people aim
 SIDESTEP_LENGTH_M = 1.5  # over which a scripted walker changes its lane
 BLOCKING_RANGE_M = 2.0  # clearance within which the robot can stand in somebody's way
-WALL_REACH = 10.0  # ranges of the wall force beyond which it is nil (5e-5 of its strength)
+WALL_REACH = 7.0  # ranges of the wall force beyond which it is nil (1e-3 of its strength)
 NEIGHBOUR_RANGE_M = 5.0  # people farther away than this push by less than 1e-5 m/s^2
 
 # --- the way -------------------------------------------------------------------------------------
@@ -70,8 +70,8 @@ def lane_point(routes: Floats, person: Record, s: float) -> tuple[float, float]:
 def walking_direction(me: Record, routes: Floats) -> tuple[float, float]:
     """Return the unit vector e to the point ahead on its lane that a walker aims at."""
     x, y = lane_point(routes, me, me.s + LOOK_AHEAD_M)
-    distance = max(norm(x - me.x, y - me.y), 1e-6)
-    return (x - me.x) / distance, (y - me.y) / distance
+    per_m = 1.0 / max(norm(x - me.x, y - me.y), 1e-6)
+    return per_m * (x - me.x), per_m * (y - me.y)
 
 
 # --- side by side --------------------------------------------------------------------------------

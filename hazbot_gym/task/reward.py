@@ -96,6 +96,15 @@ def reward_terms(robot: Record, people: Records, decision: Record, out: Floats) 
         out[CONTACT] = contact_severity(decision.cause, decision.speed_mps)
 
 
+@scalar
+def total(terms: Floats, weights: Floats) -> float:
+    """Return the reward: the weighted sum of the terms, added up in their order."""
+    reward = 0.0
+    for k in range(terms.shape[0]):
+        reward += weights[k] * terms[k]
+    return reward
+
+
 @kernel
 def judge(
     robots: Records,
