@@ -63,11 +63,23 @@ def lean_kernel(function: Function) -> Function:
 def _compile(function: Function, *, is_counting: bool) -> Function:
     options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": is_counting}
     compiled: Any = numba.njit(cache=True, **options)(function)
-    # A private attribute of numba, held by tests/core/test_jit.py: numba has no public way to say
+    # Private attributes of numba, held by tests/core/test_jit.py: numba has no public way to say
     # that a cached binary depends on other files besides its own.
     cache = compiled._cache._cache_file
     cache._source_stamp = (cache._source_stamp, _stamp(Path(__file__).parent.parent))
+    cache._load_index = functools.partial(_load_index, cache._load_index)
     return cast(Function, compiled)
+
+
+def _load_index(load: Callable[[], dict[Any, Any]]) -> dict[Any, Any]:
+    """Load what is cached; nothing, if another version left it whose classes are not there now.
+
+    numba looks at the stamp only after it has unpickled the types of the arguments.
+    """
+    try:
+        return load()
+    except (ImportError, AttributeError):
+        return {}
 
 
 @functools.cache

@@ -42,14 +42,14 @@ def decision_info(outputs: Outputs, decision_s: float, *, told: Bools, reset: Bo
 
 def end_info(outputs: Outputs, ended: Bools) -> Info:
     """Return how episodes ended, where they did."""
-    outcomes, causes = outputs.decisions["outcome"], outputs.decisions["cause"]
-    touched = ended & np.isin(outcomes, (CONTACT_PERSON, CONTACT_WALL))
+    decisions = outputs.decisions
+    touched = ended & np.isin(decisions["outcome"], (CONTACT_PERSON, CONTACT_WALL))
     return {
-        **masked(ended, outcome=_names(OUTCOME_NAMES, outcomes, ended)),
+        **masked(ended, outcome=_names(OUTCOME_NAMES, decisions["outcome"], ended)),
         **masked(
             touched,
-            contact_caused_by=_names(CAUSE_NAMES, causes, touched),
-            contact_speed_mps=np.where(touched, outputs.decisions["speed_mps"], 0.0),
+            contact_caused_by=_names(CAUSE_NAMES, decisions["cause"], touched),
+            contact_speed_mps=np.where(touched, decisions["speed_mps"], 0.0),
         ),
     }
 
@@ -58,7 +58,7 @@ def final_info(outputs: Outputs, decision_s: float, ended: Bools) -> Info:
     """Return the last observations and infos of episodes that ended and were reset at once."""
     observations = np.full(len(ended), None, object)
     for i in np.flatnonzero(ended):
-        observations[i] = outputs.final_observations[i].copy()
+        observations[i] = outputs.final_observations[i].copy()  # each an array of its own
     last = decision_info(outputs, decision_s, told=ended, reset=np.zeros_like(ended))
     return masked(ended, final_obs=observations, final_info={**last, **end_info(outputs, ended)})
 
@@ -68,5 +68,12 @@ def masked(mask: Bools, **values: Any) -> Info:
     return {**values, **{f"_{name}": mask.copy() for name in values}}
 
 
+def objects(values: Any, where: Bools) -> Any:
+    """Return an array of objects with the values in some worlds, and None in the others."""
+    found = np.full(len(where), None, object)
+    found[where] = values
+    return found
+
+
 def _names(names: tuple[str, ...], codes: Any, where: Bools) -> Any:
-    return np.where(where, np.array(names, object)[codes], None)
+    return objects(np.array(names, object)[codes[where]], where)

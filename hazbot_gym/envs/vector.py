@@ -23,7 +23,7 @@ from hazbot_gym.core.jit import LANES
 from hazbot_gym.core.place_table import place_at
 from hazbot_gym.core.state import PERSON, Floats, Records, as_record, records
 from hazbot_gym.envs.batch import Bools, Episodes, Observations, Outputs, Problem, run_worlds
-from hazbot_gym.envs.batch_info import decision_info, end_info, final_info, masked
+from hazbot_gym.envs.batch_info import decision_info, end_info, final_info, masked, objects
 from hazbot_gym.envs.batch_input import (
     Seeds,
     autoreset_mode_of,
@@ -213,16 +213,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
 
     def free_times_s(self) -> Floats:
         """Return how long each world's path takes alone at full speed (N,) [s]."""
-        places = self._worlds.places
-        for i in np.unique(places[np.isnan(self._free_times_s[places])]):
-            self._free_times_s[i] = free_time_s(
-                place_at(self._problem.surroundings.places, i).path,
-                self._problem.mechanics.drive,
-                self._problem.mechanics.gains,
-                self._problem.start_speed_mps,
-                self.config.arrival_tolerance_m,
-            )
-        return self._free_times_s[places]
+        return self._free_times_of(self._worlds.places)
 
     def close_extras(self, **kwargs: Any) -> None:
         """Stop the threads; closing twice does no harm."""
@@ -260,6 +251,18 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         for job in jobs:
             job.result()
 
+    def _free_times_of(self, places: npt.NDArray[np.int64]) -> Floats:
+        """Return how long the paths of some places take alone at full speed [s]."""
+        for i in np.unique(places[np.isnan(self._free_times_s[places])]):
+            self._free_times_s[i] = free_time_s(
+                place_at(self._problem.surroundings.places, i).path,
+                self._problem.mechanics.drive,
+                self._problem.mechanics.gains,
+                self._problem.start_speed_mps,
+                self.config.arrival_tolerance_m,
+            )
+        return self._free_times_s[places]
+
     def _may_step(self, due: Bools) -> None:
         """Refuse to step before the first reset, and without autoreset where a reset is due."""
         if not self._generators:
@@ -292,13 +295,12 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         """Return what the worlds tell after a step or a reset; some have been reset by it."""
         info = decision_info(self._outputs, self.config.clock.decision_s, told=told, reset=reset)
         if reset.any():
-            new = masked(
-                reset,
-                scenario_key=np.where(reset, self._worlds.keys.astype(np.int64), 0),
-                place=np.where(reset, self.places(), None),
-                time_free_s=np.where(reset, self.free_times_s(), 0.0),
-            )
-            info.update(new)
+            places = self._worlds.places[reset]
+            keys, free_s = np.zeros(self.num_envs, np.int64), np.zeros(self.num_envs)
+            keys[reset] = self._worlds.keys[reset]
+            free_s[reset] = self._free_times_of(places)
+            names = objects(self._place_names[places], reset)
+            info.update(masked(reset, scenario_key=keys, place=names, time_free_s=free_s))
         return info
 
 

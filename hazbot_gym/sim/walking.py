@@ -85,8 +85,9 @@ WALKERS = np.dtype(
         ("key", "u8", (LANES,)),
         ("step", "i8", (LANES,)),
         ("person", "i8", (LANES,)),
-        *((name, *_EACH) for name in ("ax", "ay")),  # what people and walls make them do
-        *((name, *_EACH) for name in ("next_vx", "next_vy", "blocked")),  # what comes out
+        # What people and walls make them do, kept apart: a sum must not depend on who else is there.
+        *((name, "f8", (2, LANES)) for name in ("ax", "ay")),
+        *((name, *_EACH) for name in ("next_vx", "next_vy", "blocked")),  # what they choose
     ],
     align=True,
 )
@@ -103,6 +104,9 @@ PUSHES = np.dtype(
 )
 
 
+BY_PEOPLE, BY_WALLS = 0, 1  # who pushes
+
+
 class Bench(NamedTuple):
     """Where walkers of one or of many worlds are put side by side while they choose a velocity.
 
@@ -110,14 +114,13 @@ class Bench(NamedTuple):
     """
 
     walkers: Records  # (C,) WALKERS
-    by_people: Records  # (1,) PUSHES
-    by_walls: Records  # (1,) PUSHES
+    pushes: Records  # (2,) PUSHES by people and by walls
 
 
 def make_bench(walkers: int) -> Bench:
     """Return room for a number of walkers."""
     chunks = max(-(-walkers // LANES), 1)
-    return Bench(records(WALKERS, chunks), records(PUSHES, 1), records(PUSHES, 1))
+    return Bench(records(WALKERS, chunks), records(PUSHES, 2))
 
 
 # --- taking up -----------------------------------------------------------------------------------
@@ -153,7 +156,8 @@ def take_up(
     chunk.gain[lane], chunk.range_m[lane] = reaction.gain, reaction.range_m
     chunk.attraction_mps2[lane] = reaction.attraction_mps2
     chunk.key[lane], chunk.step[lane], chunk.person[lane] = key, step, i
-    chunk.ax[lane], chunk.ay[lane] = 0.0, 0.0
+    for source in (BY_PEOPLE, BY_WALLS):
+        chunk.ax[source, lane], chunk.ay[source, lane] = 0.0, 0.0
     _note_people(bench, w, people, i, force)
     _note_walls(bench, w, me, place.walls, force)
 
@@ -161,7 +165,7 @@ def take_up(
 @scalar
 def _note_people(bench: Bench, w: int, people: Records, i: int, force: SocialForce) -> None:
     """Note the other people near person i, who is walker w."""
-    me, pushes = people[i], bench.by_people[0]
+    me, pushes = people[i], bench.pushes[BY_PEOPLE]
     lane, chunk = w % LANES, bench.walkers[w // LANES]
     ex, ey = chunk.ex[lane], chunk.ey[lane]
     for j in range(people.shape[0]):
@@ -182,7 +186,7 @@ def _note_people(bench: Bench, w: int, people: Records, i: int, force: SocialFor
 @scalar
 def _note_walls(bench: Bench, w: int, me: Record, walls: Floats, force: SocialForce) -> None:
     """Note the walls near a person who is walker w."""
-    pushes, reach = bench.by_walls[0], me.radius + WALL_REACH * force.wall_range_m
+    pushes, reach = bench.pushes[BY_WALLS], me.radius + WALL_REACH * force.wall_range_m
     for i in range(walls.shape[0]):
         if not may_be_near(me.x, me.y, walls[i, 0], walls[i, 1], walls[i, 2], walls[i, 3], reach):
             continue
@@ -245,19 +249,19 @@ def body_push(
 @scalar
 def push_by_people(bench: Bench, force: SocialForce) -> None:
     """Work out the pushes by people that are noted, and clear the notes."""
-    p = bench.by_people[0]
+    p = bench.pushes[BY_PEOPLE]
     for k in range(LANES):
         p.fx[k], p.fy[k] = body_push(
             p.x[k], p.y[k], p.vx[k], p.vy[k], p.reach[k], p.ex[k], p.ey[k],
             force.person_strength_mps2, force.person_range_m, 1.0, p.is_head_on[k] > 0.0, force,
         )  # fmt: skip
-    _add_up(p, bench.walkers)
+    _add_up(p, BY_PEOPLE, bench.walkers)
 
 
 @scalar
 def push_by_walls(bench: Bench, force: SocialForce) -> None:
     """Work out the pushes by walls that are noted, and clear the notes."""
-    p = bench.by_walls[0]
+    p = bench.pushes[BY_WALLS]
     for k in range(LANES):
         x, y = nearest_on_segment(0.0, 0.0, p.x1[k], p.y1[k], p.x2[k], p.y2[k])
         distance = max(norm(x, y), 1e-6)
@@ -268,15 +272,15 @@ def push_by_walls(bench: Bench, force: SocialForce) -> None:
         is_near = distance <= p.reach[k] + WALL_REACH * force.wall_range_m
         p.fx[k] = fx if is_near else 0.0
         p.fy[k] = fy if is_near else 0.0
-    _add_up(p, bench.walkers)
+    _add_up(p, BY_WALLS, bench.walkers)
 
 
 @scalar
-def _add_up(pushes: Record, walkers: Records) -> None:
+def _add_up(pushes: Record, source: int, walkers: Records) -> None:
     for k in range(pushes.count):
         w = pushes.walker[k]
-        walkers[w // LANES].ax[w % LANES] += pushes.fx[k]
-        walkers[w // LANES].ay[w % LANES] += pushes.fy[k]
+        walkers[w // LANES].ax[source, w % LANES] += pushes.fx[k]
+        walkers[w // LANES].ay[source, w % LANES] += pushes.fy[k]
     pushes.count = 0
 
 
@@ -330,22 +334,22 @@ def walk(bench: Bench, count: int, force: SocialForce, dt_s: float) -> None:
 def _choose(c: Record, force: SocialForce, dt_s: float) -> None:
     for k in range(LANES):
         u1, u2, _, _ = uniform4(c.key[k], CROWD, c.step[k], c.person[k])
-        c.ax[k] += force.jitter_mps2 * uniform_noise(u1)
-        c.ay[k] += force.jitter_mps2 * uniform_noise(u2)
+        c.next_vx[k] = force.jitter_mps2 * uniform_noise(u1)
+        c.next_vy[k] = force.jitter_mps2 * uniform_noise(u2)
     for k in range(LANES):
         reaction = Reaction(c.gain[k], c.range_m[k], c.attraction_mps2[k])
-        ax, ay = robot_push(
+        rx, ry = robot_push(
             c.robot_x[k], c.robot_y[k], c.vx[k], c.vy[k], c.robot_vx[k], c.robot_vy[k],
             c.desired_speed[k], c.radius[k], c.ex[k], c.ey[k], reaction, force,
         )  # fmt: skip
-        c.ax[k] += ax
-        c.ay[k] += ay
+        c.next_vx[k] += c.ax[BY_PEOPLE, k] + c.ax[BY_WALLS, k] + rx
+        c.next_vy[k] += c.ay[BY_PEOPLE, k] + c.ay[BY_WALLS, k] + ry
     for k in range(LANES):
         speed, ex, ey = c.desired_speed[k], c.ex[k], c.ey[k]
         gx, gy = goal_force(c.vx[k], c.vy[k], ex, ey, speed, force.relaxation_time_s)
         pace = speed / force.typical_speed_mps
-        vx = c.vx[k] + (gx + pace * c.ax[k]) * dt_s
-        vy = c.vy[k] + (gy + pace * c.ay[k]) * dt_s
+        vx = c.vx[k] + (gx + pace * c.next_vx[k]) * dt_s
+        vy = c.vy[k] + (gy + pace * c.next_vy[k]) * dt_s
         excess = max(norm(vx, vy) / max(force.speed_limit_ratio * speed, 1e-9), 1.0)
         c.next_vx[k], c.next_vy[k] = vx / excess, vy / excess
         along_mps = c.vx[k] * ex + c.vy[k] * ey

@@ -151,3 +151,29 @@ def test_stamp_is_numbas_own_and_the_state_of_every_file_of_the_package(toy: Toy
         "formula.py",
         "loop.py",
     }
+
+
+NOUN = """
+from typing import NamedTuple
+
+class Noun(NamedTuple):
+    value: float
+"""
+READER = """
+from toy.core.jit import kernel
+
+@kernel
+def read(noun):
+    return noun.value
+"""
+
+
+def test_a_cache_of_a_version_with_other_classes_is_passed_over(toy: Toy) -> None:
+    """After an upgrade in place the types of old arguments may not be importable any more."""
+    (toy.root / "reader.py").write_text(READER)
+    for name in ("before", "after"):
+        (toy.root / f"{name}.py").write_text(NOUN)
+        toy.import_afresh()
+        noun = importlib.import_module(f"toy.{name}").Noun(3.0)
+        assert importlib.import_module("toy.reader").read(noun) == 3.0
+        (toy.root / f"{name}.py").unlink()
