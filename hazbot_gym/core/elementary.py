@@ -1,8 +1,8 @@
-"""Sine, cosine and exponential in plain arithmetic, so that loops over many worlds need no calls.
+"""Sine, cosine and exponential in plain arithmetic, for loops over many worlds.
 
-A compiler turns a loop into vector instructions only if nothing in it is called, and the C library's
-functions are. Sine and cosine come within two units of the last place of them, and give the same bits on every
-machine, whichever C library it has.
+A compiler turns a loop into vector instructions only if nothing in it is called, and the functions
+of the C library are. Sine and cosine come within two units of the last place of them; and all give
+the same bits on every machine, whichever C library it has.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ STRAIGHT_PER_M = 1e-9  # curvature below which a piece is treated as a line [1/m
 def wrap_angle(angle: float) -> float:
     """Return the angle in (-pi, pi]."""
     turns = np.ceil((angle - math.pi) / (2.0 * math.pi))
-    return min(angle - turns * (2.0 * math.pi), math.pi)
+    return min(float(angle - turns * (2.0 * math.pi)), math.pi)
 
 
 @scalar

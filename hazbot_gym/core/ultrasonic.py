@@ -61,8 +61,8 @@ def mounting(sensor: int, sin_front: float, cos_front: float) -> tuple[float, fl
         sin_front: Sine of the angle of the two in front.
         cos_front: Its cosine.
     """
-    is_in_front = sensor == FRONT_LEFT or sensor == FRONT_RIGHT
-    side = 1.0 if sensor == FRONT_LEFT or sensor == SIDE_LEFT else -1.0
+    is_in_front = sensor in (FRONT_LEFT, FRONT_RIGHT)
+    side = 1.0 if sensor in (FRONT_LEFT, SIDE_LEFT) else -1.0
     return (cos_front, side * sin_front) if is_in_front else (0.0, side)
 
 

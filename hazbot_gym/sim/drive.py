@@ -280,7 +280,7 @@ def _roll(lanes: Record, p: DriveParameters) -> None:
 
 @scalar
 def drive_step(lanes: Record, p: DriveParameters, gain_table: Floats) -> None:
-    """Advance all lanes by one physics step towards their commands, from reference poses that are set.
+    """Advance all lanes by one physics step towards their commands; reference poses are set.
 
     The loops over lanes are written so that they compile to vector instructions, four lanes at a
     time: no calls, no branches that differ between lanes, values instead of records for parameters.

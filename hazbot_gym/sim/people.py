@@ -114,13 +114,8 @@ def begin_social_step(
 ) -> int:  # fmt: skip
     """Let people come and go, and put those who walk by social forces on a bench.
 
-    The arguments are those of ``social_step``.
-
-    Args:
-        walkers: How many are on the bench already, from other worlds.
-
-    Returns:
-        How many are on it now.
+    Besides the arguments of ``social_step``: how many of other worlds are on the bench already.
+    Returns how many are on it now.
     """
     for i in range(people.shape[0]):
         me = people[i]

@@ -42,7 +42,8 @@ LOOK_AHEAD_M = 1.0  # how far ahead on the lane people aim
 SIDESTEP_LENGTH_M = 1.5  # over which a scripted walker changes its lane
 BLOCKING_RANGE_M = 2.0  # clearance within which the robot can stand in somebody's way
 WALL_REACH = 7.0  # ranges of the wall force beyond which it is nil (1e-3 of its strength)
-NEIGHBOUR_RANGE_M = 5.0  # people farther away than this push by less than 1e-5 m/s^2
+NEIGHBOUR_RANGE_M = 5.0  # people farther away than this push by less than 1e-5 m/s^2,
+RECEDING_RANGE_M = 3.0  # and than this, if they come no nearer, by less than 0.02 m/s^2
 
 # --- the way -------------------------------------------------------------------------------------
 
@@ -85,7 +86,7 @@ WALKERS = np.dtype(
         ("key", "u8", (LANES,)),
         ("step", "i8", (LANES,)),
         ("person", "i8", (LANES,)),
-        # What people and walls make them do, kept apart: a sum must not depend on who else is there.
+        # What people and walls make them do, apart: no sum may depend on who else is there.
         *((name, "f8", (2, LANES)) for name in ("ax", "ay")),
         *((name, *_EACH) for name in ("next_vx", "next_vy", "blocked")),  # what they choose
     ],
@@ -170,12 +171,13 @@ def _note_people(bench: Bench, w: int, people: Records, i: int, force: SocialFor
     ex, ey = chunk.ex[lane], chunk.ey[lane]
     for j in range(people.shape[0]):
         other = people[j]
-        x, y = me.x - other.x, me.y - other.y
-        if j == i or other.status != PRESENT or abs(x) + abs(y) > NEIGHBOUR_RANGE_M:
+        x, y, vx, vy = me.x - other.x, me.y - other.y, me.vx - other.vx, me.vy - other.vy
+        range_m = NEIGHBOUR_RANGE_M if x * vx + y * vy < 0.0 else RECEDING_RANGE_M
+        if j == i or other.status != PRESENT or abs(x) + abs(y) > range_m:
             continue
         k = pushes.count
         pushes.walker[k], pushes.x[k], pushes.y[k] = w, x, y
-        pushes.vx[k], pushes.vy[k] = me.vx - other.vx, me.vy - other.vy
+        pushes.vx[k], pushes.vy[k] = vx, vy
         pushes.reach[k], pushes.ex[k], pushes.ey[k] = me.radius + other.radius, ex, ey
         pushes.is_head_on[k] = 1.0 if other.vx * ex + other.vy * ey < 0.0 else 0.0
         pushes.count = k + 1

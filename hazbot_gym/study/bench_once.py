@@ -72,8 +72,10 @@ def _first_episode_s(engine: str, environment: dict[str, str]) -> float:
 
 def memory(worlds: int, people: int, steps: int) -> Measured:
     """Measure what a world takes [bytes], and how much more after some steps."""
-    with tempfile.TemporaryDirectory():  # loads what tempfile needs before the count starts
-        tracemalloc.start()
+    few = CorridorVectorEnv(1, **with_people(people))  # loads kernels before the count starts
+    few.reset(seed=0)
+    few.step(np.zeros((1, 1), np.float32))
+    tracemalloc.start()
     try:
         envs = CorridorVectorEnv(worlds, **with_people(people))
         envs.reset(seed=0)

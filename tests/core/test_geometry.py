@@ -12,6 +12,7 @@ from hazbot_gym.core.geometry import (
     circle_path,
     clip,
     is_in_sight,
+    may_be_near,
     nearest_on_segment,
     norm,
     path_length,
@@ -50,7 +51,7 @@ def test_wrapped_angle_is_the_same_direction_in_the_half_open_turn(angle: float)
         (math.pi, math.pi),
         (-math.pi, math.pi),
         (3.0 * math.pi, math.pi),
-        (math.nextafter(math.pi, 4.0), math.pi),
+        (math.nextafter(math.pi, 4.0), -math.pi),
         (-1.5 * math.pi, 0.5 * math.pi),
     ],
 )
@@ -217,3 +218,17 @@ def test_compiled_code_agrees_with_python() -> None:
     assert out[:, :4] == pytest.approx(sample_path(Z_PATH, s), abs=1e-12)
     assert out[:, 4:8] == pytest.approx(np.array([route_pose(routes, 0, value) for value in s]))
     assert out[:, 8] == pytest.approx([wrap_angle(value) for value in s], abs=1e-12)
+
+
+@given(POINTS, POINTS, POINTS, st.floats(0.0, 3.0))
+def test_a_segment_within_reach_is_never_ruled_out(
+    point: tuple[float, float], start: tuple[float, float], end: tuple[float, float], reach: float
+) -> None:
+    nearest = nearest_on_segment(*point, *start, *end)
+    if math.dist(point, nearest) <= reach - 1e-9:
+        assert may_be_near(*point, *start, *end, reach)
+
+
+def test_a_segment_far_off_is_ruled_out() -> None:
+    assert not may_be_near(0.0, 0.0, 2.0, -5.0, 2.0, 5.0, 1.9)
+    assert may_be_near(0.0, 0.0, 2.0, -5.0, 2.0, 5.0, 2.0)

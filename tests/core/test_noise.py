@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 
 from hazbot_gym.core.jit import kernel
-from hazbot_gym.core.noise import noise_value, normal_pair, philox4x32, uniform4
+from hazbot_gym.core.noise import (
+    noise_value,
+    normal_pair,
+    philox4x32,
+    uniform4,
+    uniform_noise,
+)
 from hazbot_gym.core.state import Floats
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "philox.json").read_text())
@@ -73,6 +79,13 @@ def test_normal_numbers_have_the_moments_of_the_normal_distribution() -> None:
     assert normals.mean(axis=0) == pytest.approx([0.0, 0.0], abs=4.0 / math.sqrt(STEPS))
     assert np.cov(normals.T) == pytest.approx(np.eye(2), abs=6.0 / math.sqrt(STEPS))
     assert np.mean(np.abs(normals) < 1.96) == pytest.approx(0.95, abs=0.01)
+
+
+def test_uniform_noise_has_no_mean_and_unit_deviation() -> None:
+    noise = np.array([uniform_noise(u) for u in draw()[:, 0].tolist()])
+
+    assert noise.mean() == pytest.approx(0.0, abs=4.0 / math.sqrt(STEPS))
+    assert noise.std() == pytest.approx(1.0, abs=0.02)
 
 
 def test_largest_and_smallest_uniform_numbers_give_finite_normal_ones() -> None:

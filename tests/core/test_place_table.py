@@ -4,8 +4,8 @@ import numpy as np
 
 from hazbot_gym.core.geometry import route_pose
 from hazbot_gym.core.jit import kernel
-from hazbot_gym.core.state import Floats, Place
 from hazbot_gym.core.place_table import PlaceTable, place_at, stack_places
+from hazbot_gym.core.state import Floats, Place
 from hazbot_gym.task.places import PLACES, load_place
 
 

@@ -17,7 +17,9 @@ from hazbot_gym.core.ultrasonic import (
     Ultrasonic,
     cone_at,
     disc_echo,
-    mounting_angle,
+    may_meet_disc,
+    may_meet_segment,
+    mounting,
     segment_echo,
 )
 
@@ -154,10 +156,25 @@ def test_wall_met_at_a_slant_reflects_the_pulse_away() -> None:
 
 
 def test_sensors_look_left_and_right_alike() -> None:
-    angles = [mounting_angle(i, 0.3) for i in range(len(SENSOR_NAMES))]
+    axes = [mounting(i, 0.28, 0.96) for i in range(len(SENSOR_NAMES))]
 
-    assert angles[FRONT_LEFT] == -angles[FRONT_RIGHT] == 0.3
-    assert angles[SIDE_LEFT] == -angles[SIDE_LEFT + 1] == pytest.approx(math.pi / 2.0)
+    assert axes[FRONT_LEFT] == (0.96, 0.28)
+    assert axes[FRONT_RIGHT] == (0.96, -0.28)
+    assert axes[SIDE_LEFT] == (0.0, 1.0)
+    assert axes[SIDE_LEFT + 1] == (0.0, -1.0)
+
+
+@settings(max_examples=300)
+@given(POINTS, POINTS, st.floats(0.05, 0.25), ANGLES)
+def test_what_is_sorted_out_beforehand_gives_no_echo(
+    start: tuple[float, float], end: tuple[float, float], radius: float, axis_rad: float
+) -> None:
+    cone = cone_at(axis_rad, ALPHA)
+
+    if not may_meet_disc(*start, radius, cone):
+        assert disc_echo(*start, radius, cone) == math.inf
+    if not may_meet_segment(*start, *end, cone):
+        assert segment_echo(*start, *end, cone, 0.0) == math.inf
 
 
 @kernel

@@ -8,10 +8,18 @@ import numpy as np
 import pytest
 
 from hazbot_gym.config import Config, make_config
-from hazbot_gym.core.state import NO_CONTACT, PRESENT, ROBOT, WALL, WHEEL, Records, records
-from hazbot_gym.sim.batch import allocate, mechanics, step_world
+from hazbot_gym.core.state import NO_CONTACT, PRESENT, WALL, Records, records
+from hazbot_gym.sim.batch import (
+    GROUP,
+    Surroundings,
+    Worlds,
+    allocate,
+    mechanics,
+    start_people,
+    step_group,
+)
 from hazbot_gym.sim.drive import place_robot
-from hazbot_gym.sim.people import social_step
+from hazbot_gym.sim.walking import Bench, make_bench
 from hazbot_gym.sim.world import World
 from hazbot_gym.task.scenario import Source
 
@@ -26,29 +34,33 @@ def readable(value: Any) -> Any:
 
 
 class Alone:
-    """A world that is stepped by the batched engine's formulas."""
+    """The first of two worlds, stepped by the batched engine's formulas; the other stands still."""
 
     def __init__(self, config: Config, key: int) -> None:
-        scenario = Source(config).draw(key)
-        self.place = scenario.place._replace(path=readable(scenario.place.path))
-        self.people, self.recording = readable(scenario.people), scenario.recording
-        self.robots, self.wheels = readable(records(ROBOT, 1)), readable(records(WHEEL, 2))
-        self.mechanics = m = type(mechanics(config))(*map(readable, mechanics(config)))
-        self.key, self.decision = np.uint64(key), 0
-        speed_mps = config.drive.start_speed_mps
-        place_robot(self.robots[0], self.wheels, self.place.path, speed_mps, m.drive[0], m.gains)
-        social_step(
-            self.people, self.place, self.robots[0], m.force[0], m.reactions, self.recording,
-            self.key, 0, m.social_s,
-        )  # fmt: skip
+        source = Source(config)
+        scenario = source.draw(key)
+        self.place, m = scenario.place, mechanics(config)
+        self.mechanics = type(m)(*map(readable, m))
+        places = source.table.places._replace(paths=readable(source.table.places.paths))
+        self.surroundings = Surroundings(places, scenario.recording)
+        worlds = allocate(2, len(scenario.people), latency_steps=0)
+        self.worlds = Worlds(*map(readable, worlds))
+        self.worlds.people[0] = scenario.people
+        self.worlds.keys[0] = key
+        self.group = readable(records(GROUP, 1))[0]
+        self.bench = Bench(*map(readable, make_bench(2 * len(scenario.people))))
+        path, speed_mps = readable(self.place.path), config.drive.start_speed_mps
+        m, worlds = self.mechanics, self.worlds
+        place_robot(worlds.robots[0], worlds.wheels[0], path, speed_mps, m.drive[0], m.gains)
+        start_people(worlds, 0, self.surroundings, m, self.bench)
+        self.robots, self.people = worlds.robots[:1], worlds.people[0]
 
     def step(self, command_mps: float) -> int:
         self.robots[0].command = command_mps
-        self.decision += 1
-        return step_world(
-            self.robots[0], self.wheels, self.people, self.place, self.mechanics, self.recording,
-            self.key, self.decision - 1,
-        )  # fmt: skip
+        self.group.world[0] = 0
+        step_group(self.group, 1, self.worlds, self.surroundings, self.mechanics, self.bench)
+        self.worlds.steps[0] += 1
+        return int(self.group.contact[0])
 
 
 def both(config: Config, key: int) -> tuple[Alone, World]:

@@ -15,14 +15,21 @@ from hazbot_gym.core.pid import PLANTS
 from hazbot_gym.core.state import LEFT, RIGHT, ROBOT, WHEEL, Floats, Records, as_record, records
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.drive import (
+    DRIVE_LANES,
     DriveParameters,
+    aim_lane,
     drive,
     drive_parameters,
-    drive_substep,
+    drive_step,
+    follow_lane,
+    follow_lines,
     free_time_s,
+    load_lane,
     measurement_noise,
     start_drive,
+    store_lane,
     update_pose_error,
+    values_of,
 )
 
 REFERENCE = json.loads(
@@ -50,7 +57,7 @@ class Rig(NamedTuple):
         """Drive on and return the robot's record."""
         drive(
             self.robots, self.wheels, self.path, command_mps,
-            self.parameters, self.table, np.uint64(key), step, substeps,
+            self.parameters, self.table, np.uint64(key), step, substeps, records(DRIVE_LANES, 1),
         )  # fmt: skip
         return self.robots[0]
 
@@ -193,8 +200,14 @@ def test_compiled_drive_is_that_of_plain_python(wheel_loop: str) -> None:
     robot, parameters = (x.view(np.recarray)[0] for x in (plain.robots, plain.parameters))
     robot.command = 0.5
     path, wheels = CORNER.view(np.recarray), plain.wheels.view(np.recarray)
-    for step in range(100):
-        drive_substep(robot, wheels, path, parameters, plain.table, np.uint64(7), step)
+    lanes = records(DRIVE_LANES, 1).view(np.recarray)[0]
+    load_lane(lanes, 3, robot, wheels, np.uint64(7), 0)
+    for _ in range(100):
+        aim_lane(lanes, 3, path, 0.01)
+        follow_lines(lanes)
+        follow_lane(lanes, 3, path)
+        drive_step(lanes, values_of(parameters), plain.table)
+    store_lane(lanes, 3, robot, wheels)
     update_pose_error(robot, path)
     rig.drive(0.5, substeps=100)
 

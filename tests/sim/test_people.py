@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from hazbot_gym.core.state import (
 )
 from hazbot_gym.sim.people import CATCH_UP_MPS, move_people, social_step
 from hazbot_gym.sim.spacing import ROBOT_MARGIN_M
+from hazbot_gym.sim.walking import Bench, make_bench
 from hazbot_gym.sim.world import World
 from hazbot_gym.task.scenario import Source
 
@@ -66,6 +68,12 @@ def robot_at(x: float, y: float) -> Records:
 FAR_AWAY = robot_at(0.0, 90.0)
 
 
+def step_people(people: Records, *arguments: Any) -> None:
+    """Take a social step in plain Python."""
+    bench = Bench(*(array.view(np.recarray) for array in make_bench(len(people))))
+    social_step(people, *arguments, DT_S, bench)
+
+
 def walk(
     people: Records,
     steps: int,
@@ -75,7 +83,7 @@ def walk(
     """Let people walk; return where they were at every social step, (steps, people, 2)."""
     places = []
     for step in range(steps):
-        social_step(people, a_place(), robot, CALM, REACTIONS, recording, KEY, step, DT_S)
+        step_people(people, a_place(), robot, CALM, REACTIONS, recording, KEY, step)
         places.append(np.stack([people["x"], people["y"]], axis=-1))
         move_people(people, DT_S)
     return np.array(places)
@@ -145,9 +153,9 @@ def test_compiled_people_walk_like_interpreted_ones() -> None:
     place = scenario.place._replace(path=scenario.place.path.view(np.recarray))
     for _ in range(5):
         for _ in range(2):
-            social_step(
+            step_people(
                 slow.view(np.recarray), place, robot, config.people.force,
-                config.people.reactions, NOBODY, np.uint64(11), step, DT_S,
+                config.people.reactions, NOBODY, np.uint64(11), step,
             )  # fmt: skip
             move_people(slow.view(np.recarray), DT_S)
             step += 1
@@ -212,9 +220,7 @@ def test_replayed_people_are_there_only_while_recorded() -> None:
     people, recording = recorded(track, straight(30))
     present = []
     for step in range(30):
-        social_step(
-            people, a_place(), FAR_AWAY, SocialForce(), REACTIONS, recording, KEY, step, DT_S
-        )
+        step_people(people, a_place(), FAR_AWAY, SocialForce(), REACTIONS, recording, KEY, step)
         present.append(int(people["status"][0] == PRESENT))
         move_people(people, DT_S)
     assert present == [0] * 5 + [1] * 14 + [0] * 11
@@ -235,7 +241,7 @@ def test_a_replayed_person_does_not_appear_inside_the_robot() -> None:
     people, recording = recorded(straight(40))
     robot = robot_at(0.0, 2.0)
     for step in range(39):
-        social_step(people, a_place(), robot, SocialForce(), REACTIONS, recording, KEY, step, DT_S)
+        step_people(people, a_place(), robot, SocialForce(), REACTIONS, recording, KEY, step)
         if people["status"][0] == PRESENT:
             assert math.hypot(people["x"][0], people["y"][0] - 2.0) >= 0.5
         move_people(people, DT_S)

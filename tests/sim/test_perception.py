@@ -28,7 +28,7 @@ from hazbot_gym.core.state import (
     as_record,
     records,
 )
-from hazbot_gym.core.ultrasonic import FRONT_LEFT, FRONT_RIGHT, SIDE_LEFT, Ultrasonic
+from hazbot_gym.core.ultrasonic import FRONT_LEFT, FRONT_RIGHT, SIDE_LEFT, Ultrasonic, cone_at
 from hazbot_gym.sim.perception import (
     SENSORS,
     SensorParameters,
@@ -351,7 +351,8 @@ def test_cones_in_closed_form_agree_with_rays_cast_by_pymunk(name: str) -> None:
             world._space.reindex_shapes_for_body(body)
         for sensor, offset in enumerate(np.radians([15.0, -15.0, 90.0, -90.0])):
             people = world.people.view(np.recarray)
-            exact = echo(sensor, robot, people, world.place.walls, sonar)
+            cone = cone_at(robot.theta + offset, sonar.half_cone_rad)
+            exact = echo(cone, robot, people, world.place.walls, sonar)
             assert rays(world._space, robot, robot.theta + offset, sonar) == pytest.approx(
                 exact, abs=0.01
             )

@@ -33,6 +33,7 @@ from hazbot_gym.core.state import (
     records,
 )
 from hazbot_gym.sim.people import move_people, social_step
+from hazbot_gym.sim.walking import Bench, make_bench
 from hazbot_gym.task.scenario import Source
 
 DT_S, SUBSTEPS = 0.05, 5  # social period [s], physics steps in it
@@ -74,6 +75,7 @@ def watch(
     key: np.uint64,
     periods: int,
     seen: Records,
+    bench: Bench,
 ) -> None:
     """Let people walk and note the extremes of each."""
     nobody = np.zeros((0, 0, 2))
@@ -83,7 +85,16 @@ def watch(
         seen[i].nominal_s = (ends - people[i].s) / max(people[i].desired_speed, 1e-9)
     for period in range(periods):
         social_step(
-            people, place, robots[0], force[0], reactions, nobody, np.uint64(key), period, DT_S
+            people,
+            place,
+            robots[0],
+            force[0],
+            reactions,
+            nobody,
+            np.uint64(key),
+            period,
+            DT_S,
+            bench,
         )
         is_over = True
         for i in range(people.shape[0]):
@@ -145,7 +156,10 @@ def walkers(place_name: str, share: float, periods: int = LONGEST) -> npt.NDArra
         distance = np.hypot(people["x"] - robots["x"], people["y"] - robots["y"])
         people["status"][(people["status"] == PRESENT) & (distance < START_ROOM_M)] = GONE
         seen.append(np.zeros(len(people), WATCH))
-        watch(people, scenario.place, robots, force, reactions, np.uint64(key), periods, seen[-1])
+        watch(
+            people, scenario.place, robots, force, reactions, np.uint64(key), periods, seen[-1],
+            make_bench(len(people)),
+        )  # fmt: skip
     together = np.concatenate(seen)
     return together[together["came"] == 1]
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from hazbot_gym.core.jit import kernel
+from hazbot_gym.core.place_table import PlaceTable, stack_places
 from hazbot_gym.core.state import (
     GONE,
     PERSON,
@@ -19,7 +20,6 @@ from hazbot_gym.core.state import (
     records,
 )
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.core.place_table import PlaceTable, stack_places
 from hazbot_gym.task.recorded import (
     START_ROOM_M,
     RecordedTable,
