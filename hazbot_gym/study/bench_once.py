@@ -19,6 +19,7 @@ from hazbot_gym.study.bench_cases import with_people
 from hazbot_gym.study.config import DEFAULT_SETS
 from hazbot_gym.study.rollout import Block, run_block
 
+WARM_UP = 250  # steps before memory is counted
 MIXED = next(scenarios for scenarios in DEFAULT_SETS if scenarios.name == "Corridor")
 FIRST_EPISODE = """
 import time
@@ -80,7 +81,7 @@ def memory(worlds: int, people: int, steps: int) -> Measured:
         envs = CorridorVectorEnv(worlds, **with_people(people))
         envs.reset(seed=0)
         actions = np.zeros((worlds, 1), np.float32)
-        for _ in range(5):  # threads start, and leftovers of the last step are held from then on
+        for _ in range(WARM_UP):  # threads start, and free lists fill
             envs.step(actions)
         at_first = tracemalloc.get_traced_memory()[0]
         for _ in range(steps):
