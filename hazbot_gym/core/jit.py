@@ -1,9 +1,10 @@
 """How the mathematics is compiled, in one place.
 
-Two kinds of functions are used throughout the library:
+Three kinds of functions are used throughout the library:
 
 - ``scalar``: a pure formula on numbers. Plain Python when called from Python, inlined machine code
   when called from a kernel; the same source can be compiled for a GPU.
+- ``routine``: the same for a larger piece, which stays a call.
 - ``kernel``: a compiled loop over arrays, called from Python and cached on disk; ``lean_kernel``
   for the one that runs many worlds.
 
@@ -28,6 +29,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 LANES = 16  # robots, or people, that are computed side by side; vector instructions take 4 or 8
 
+# Formulas are called by kernels alone, never through Python's or C's calling convention.
+_INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
 notice.install()
 
 
@@ -38,7 +42,13 @@ def scalar(function: Function) -> Function:
     nothing in it is called; and a call that hands over worlds or parameters, which are hundreds of
     words, costs more than most formulas.
     """
-    compiled: Function = register_jitable(forceinline=True)(function)
+    compiled: Function = register_jitable(forceinline=True, **_INNER)(function)
+    return compiled
+
+
+def routine(function: Function) -> Function:
+    """Mark a larger piece like ``scalar``, but leave it a call: it is compiled once for all."""
+    compiled: Function = register_jitable(**_INNER)(function)
     return compiled
 
 
@@ -61,7 +71,12 @@ def lean_kernel(function: Function) -> Function:
 
 
 def _compile(function: Function, *, is_counting: bool) -> Function:
-    options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": is_counting}
+    options: dict[str, Any] = {
+        "nogil": True,
+        "error_model": "numpy",
+        "_nrt": is_counting,
+        "no_cfunc_wrapper": True,
+    }
     compiled: Any = numba.njit(cache=True, **options)(function)
     # Private attributes of numba, held by tests/core/test_jit.py: numba has no public way to say
     # that a cached binary depends on other files besides its own.

@@ -26,7 +26,7 @@ from hazbot_gym.sim.perception import remember, sense_ranges, track_people
 from hazbot_gym.sim.walking import Bench
 from hazbot_gym.task.observation import encode
 from hazbot_gym.task.outcome import RUNNING, settle
-from hazbot_gym.task.reward import reward_terms, total
+from hazbot_gym.task.reward import reward_terms, safety_cost, total
 from hazbot_gym.task.scenario import ScenarioTable, draw_scenario, recording_rows
 
 Bools = npt.NDArray[np.bool_]
@@ -39,6 +39,7 @@ class Episodes(NamedTuple):
     keys: npt.NDArray[np.uint64]  # (N, KEYS_AHEAD) keys of the next episodes
     used: npt.NDArray[np.int64]  # (N,) how many of them are used up
     is_over: Bools  # (N,) the episode has ended, a reset is due
+    was_over: Bools  # (N,) the same before the last step
 
 
 class Outputs(NamedTuple):
@@ -49,6 +50,7 @@ class Outputs(NamedTuple):
     decisions: Records  # (N,) DECISION
     terms: Floats  # (N, 7)
     rewards: Floats  # (N,) their weighted sum
+    costs: Floats  # (N,) safety cost
     steps: npt.NDArray[np.int64]  # (N,) decisions taken in the episode, its last included
 
 
@@ -136,6 +138,7 @@ def _judge(
     settle(decision, robot, people, path, contact, steps, problem.rules[0])
     reward_terms(robot, people, decision, outputs.terms[i])
     outputs.rewards[i] = total(outputs.terms[i], problem.weights)
+    outputs.costs[i] = safety_cost(outputs.terms[i], decision.cause)
     _look(i, worlds, problem, outputs.observations)
     outputs.steps[i] = steps
     episodes.is_over[i] = decision.outcome != RUNNING
@@ -146,6 +149,22 @@ def _reflex(i: int, command_mps: float, worlds: Worlds, reflex_stop_m: float) ->
     """Return the command, or a stop if something is near in front."""
     nearest = min(worlds.ranges[i, 0], worlds.ranges[i, 1])
     return 0.0 if nearest < reflex_stop_m else command_mps
+
+
+@scalar
+def _end_and_reset(
+    i: int, worlds: Worlds, episodes: Episodes, problem: Problem, outputs: Outputs, bench: Bench
+) -> None:
+    """Reset world i; what its last step left is kept, if that was just now."""
+    if episodes.was_over[i]:
+        outputs.terms[i, :] = 0.0
+        outputs.rewards[i] = outputs.costs[i] = 0.0
+        outputs.decisions[i].outcome = RUNNING
+        outputs.steps[i] = 0
+    else:
+        for k in range(outputs.observations.shape[1]):
+            outputs.final_observations[i, k] = outputs.observations[i, k]
+    _reset_world(i, worlds, episodes, problem, outputs, bench)
 
 
 # --- all worlds ----------------------------------------------------------------------------------
@@ -176,24 +195,16 @@ def run_worlds(
     while i < last:
         count = 0
         while i < last and count < LANES:
+            episodes.was_over[i] = episodes.is_over[i]
             if mask[i] and not episodes.is_over[i]:
                 lanes.world[count] = i
-                _decide(
-                    count, lanes, _reflex(i, commands[i], worlds, reflex_stop_m), worlds, outputs
-                )
+                command = _reflex(i, commands[i], worlds, reflex_stop_m)
+                _decide(count, lanes, command, worlds, outputs)
                 count += 1
-            elif mask[i]:
-                _reset_world(i, worlds, episodes, problem, outputs, bench)
-                outputs.terms[i, :] = 0.0
-                outputs.rewards[i] = 0.0
-                outputs.decisions[i].outcome = RUNNING
-                outputs.steps[i] = 0
             i += 1
         step_group(lanes, count, worlds, problem.surroundings, problem.mechanics, bench)
         for lane in range(count):
             _judge(lane, lanes, worlds, episodes, problem, outputs)
-            ended = lanes.world[lane]
-            if is_same_step and episodes.is_over[ended]:
-                for k in range(outputs.observations.shape[1]):
-                    outputs.final_observations[ended, k] = outputs.observations[ended, k]
-                _reset_world(ended, worlds, episodes, problem, outputs, bench)
+    for i in range(first, last):
+        if mask[i] and episodes.is_over[i] and (is_same_step or episodes.was_over[i]):
+            _end_and_reset(i, worlds, episodes, problem, outputs, bench)

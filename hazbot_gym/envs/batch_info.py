@@ -13,43 +13,43 @@ import numpy as np
 
 from hazbot_gym.envs.batch import Bools, Outputs
 from hazbot_gym.task.outcome import (
-    BY_ROBOT,
     CAUSE_NAMES,
     CONTACT_PERSON,
     CONTACT_WALL,
     OUTCOME_NAMES,
 )
-from hazbot_gym.task.reward import CONTACT, INTRUSION, TERMS
+from hazbot_gym.task.reward import TERMS
 
 Info = dict[str, Any]
 
 
 def decision_info(outputs: Outputs, decision_s: float, *, told: Bools, reset: Bools) -> Info:
     """Return time, reward terms and cost of the worlds told of, zero where they were reset."""
-    counts = told & ~reset
-    terms = outputs.terms.T.copy()
+    terms, costs = outputs.terms.T.copy(), outputs.costs.copy()
     time_s = np.round(outputs.steps * decision_s, 9)
-    if not counts.all():
-        terms[:, ~counts], time_s[~counts] = 0.0, 0.0
-    is_at_fault = (terms[CONTACT] > 0.0) & (outputs.decisions["cause"] == BY_ROBOT)
+    silent = np.flatnonzero(reset | ~told)
+    terms[:, silent] = costs[silent] = time_s[silent] = 0.0
     return masked(
         told,
         time_s=time_s,
         reward_terms=masked(told, **dict(zip(TERMS, terms, strict=True))),
-        cost=terms[INTRUSION] + is_at_fault,
+        cost=costs,
     )
 
 
 def end_info(outputs: Outputs, ended: Bools) -> Info:
     """Return how episodes ended, where they did."""
     decisions = outputs.decisions
-    touched = ended & np.isin(decisions["outcome"], (CONTACT_PERSON, CONTACT_WALL))
+    outcomes = decisions["outcome"]
+    touched = ended & ((outcomes == CONTACT_PERSON) | (outcomes == CONTACT_WALL))
+    speeds_mps = np.zeros(len(ended))
+    speeds_mps[touched] = decisions["speed_mps"][touched]
     return {
-        **masked(ended, outcome=_names(OUTCOME_NAMES, decisions["outcome"], ended)),
+        **masked(ended, outcome=_names(OUTCOME_NAMES, outcomes, ended)),
         **masked(
             touched,
             contact_caused_by=_names(CAUSE_NAMES, decisions["cause"], touched),
-            contact_speed_mps=np.where(touched, decisions["speed_mps"], 0.0),
+            contact_speed_mps=speeds_mps,
         ),
     }
 

@@ -25,7 +25,6 @@ from hazbot_gym.sim.perception import (
 from hazbot_gym.sim.world import Snapshot, World
 from hazbot_gym.task.observation import LAYOUTS, markdown_table, observe
 from hazbot_gym.task.outcome import (
-    BY_ROBOT,
     CAUSE_NAMES,
     CONTACT_PERSON,
     CONTACT_WALL,
@@ -35,7 +34,7 @@ from hazbot_gym.task.outcome import (
     TIMEOUT,
     Rules,
 )
-from hazbot_gym.task.reward import CONTACT, INTRUSION, TERMS, judge
+from hazbot_gym.task.reward import TERMS, judge, safety_cost
 from hazbot_gym.task.scenario import Source
 
 if TYPE_CHECKING:
@@ -267,12 +266,10 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         return observation
 
     def _info(self, terms: npt.NDArray[np.float64]) -> dict[str, Any]:
-        values = terms.tolist()
-        is_at_fault = values[CONTACT] > 0.0 and self._decision["cause"][0] == BY_ROBOT
         return {
             "time_s": self._world.time_s,
-            "reward_terms": dict(zip(TERMS, values, strict=True)),
-            "cost": values[INTRUSION] + (1.0 if is_at_fault else 0.0),
+            "reward_terms": dict(zip(TERMS, terms.tolist(), strict=True)),
+            "cost": safety_cost(terms, self._decision["cause"][0]),
         }
 
     def _free_time_s(self) -> float:

@@ -147,6 +147,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             keys=np.zeros((n, KEYS_AHEAD), np.uint64),
             used=np.full(n, KEYS_AHEAD, np.int64),
             is_over=np.ones(n, np.bool_),
+            was_over=np.ones(n, np.bool_),
         )
         width = LAYOUTS[config.tier].width
         self._outputs = Outputs(
@@ -155,6 +156,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             decisions=np.zeros(n, DECISION),
             terms=np.zeros((n, len(TERMS))),
             rewards=np.zeros(n),
+            costs=np.zeros(n),
             steps=np.zeros(n, np.int64),
         )
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from hazbot_gym.core.fuzzy_pid import FuzzyPid, fuzzy_pid_gains
 from hazbot_gym.core.geometry import STRAIGHT_PER_M, clip, path_length, path_pose, piece_at
-from hazbot_gym.core.jit import LANES, kernel, scalar
+from hazbot_gym.core.jit import LANES, kernel, routine, scalar
 from hazbot_gym.core.kinematics import Chassis, Pose, Twist, arc_step, body_velocity, wheel_speeds
 from hazbot_gym.core.noise import WHEELS, uniform4
 from hazbot_gym.core.pid import (
@@ -278,7 +278,7 @@ def _roll(lanes: Record, p: DriveParameters) -> None:
         lanes.s[i] += lanes.v_ref[i] * p.dt_s
 
 
-@scalar
+@routine
 def drive_step(lanes: Record, p: DriveParameters, gain_table: Floats) -> None:
     """Advance all lanes by one physics step towards their commands; reference poses are set.
 
@@ -357,7 +357,7 @@ def drive(
     update_pose_error(robots[0], path)
 
 
-@scalar
+@routine
 def place_robot(
     robot: Record,
     wheels: Records,

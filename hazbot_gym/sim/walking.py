@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hazbot_gym.core.geometry import may_be_near, nearest_on_segment, norm, route_pose
-from hazbot_gym.core.jit import LANES, scalar
+from hazbot_gym.core.jit import LANES, routine, scalar
 from hazbot_gym.core.noise import CROWD, uniform4, uniform_noise
 from hazbot_gym.core.proxemics import PERSONAL_M
 from hazbot_gym.core.social_force import (
@@ -248,7 +248,7 @@ def body_push(
     return weight * fx + aside * aside_x, weight * fy + aside * aside_y
 
 
-@scalar
+@routine
 def push_by_people(bench: Bench, force: SocialForce) -> None:
     """Work out the pushes by people that are noted, and clear the notes."""
     p = bench.pushes[BY_PEOPLE]
@@ -260,7 +260,7 @@ def push_by_people(bench: Bench, force: SocialForce) -> None:
     _add_up(p, BY_PEOPLE, bench.walkers)
 
 
-@scalar
+@routine
 def push_by_walls(bench: Bench, force: SocialForce) -> None:
     """Work out the pushes by walls that are noted, and clear the notes."""
     p = bench.pushes[BY_WALLS]
@@ -320,7 +320,7 @@ def blocked_share(
 # --- the velocity --------------------------------------------------------------------------------
 
 
-@scalar
+@routine
 def walk(bench: Bench, count: int, force: SocialForce, dt_s: float) -> None:
     """Let the first walkers of a bench choose the velocity that they mean to have after dt.
 

@@ -22,7 +22,14 @@ from hazbot_gym.core.geometry import clip, norm
 from hazbot_gym.core.jit import kernel, scalar
 from hazbot_gym.core.proxemics import intrusion_depth
 from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, Floats, Record, Records
-from hazbot_gym.task.outcome import ARRIVED, BY_PERSON, CONTACT_PERSON, CONTACT_WALL, settle
+from hazbot_gym.task.outcome import (
+    ARRIVED,
+    BY_PERSON,
+    BY_ROBOT,
+    CONTACT_PERSON,
+    CONTACT_WALL,
+    settle,
+)
 
 TERMS = ("progress", "intrusion", "tracking", "smoothness", "burden", "contact", "arrival")
 PROGRESS, INTRUSION, TRACKING, SMOOTHNESS, BURDEN, CONTACT, ARRIVAL = range(7)
@@ -103,6 +110,13 @@ def total(terms: Floats, weights: Floats) -> float:
     for k in range(terms.shape[0]):
         reward += weights[k] * terms[k]
     return reward
+
+
+@scalar
+def safety_cost(terms: Floats, cause: int) -> float:
+    """Return the cost for constrained learning: intrusion, and 1 for a contact by the robot."""
+    is_at_fault = terms[CONTACT] > 0.0 and cause == BY_ROBOT
+    return float(terms[INTRUSION]) + (1.0 if is_at_fault else 0.0)
 
 
 @kernel

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hazbot_gym.config import Config, Walker
-from hazbot_gym.core.jit import kernel, scalar
+from hazbot_gym.core.jit import kernel, routine, scalar
 from hazbot_gym.core.place_table import PlaceTable, place_at, stack_places
 from hazbot_gym.core.state import (
     PERSON,
@@ -111,7 +111,7 @@ class Source:
         return Scenario(self.names[place], self._places[place], people, positions)
 
 
-@scalar
+@routine
 def draw_scenario(people: Records, table: ScenarioTable, key: np.uint64) -> tuple[int, int]:
     """Write people (P,) at time zero; return the place, and the first row of the recording.
 
