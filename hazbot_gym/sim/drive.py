@@ -441,7 +441,8 @@ def free_time_s(
     robots, wheels = records(ROBOT, 1), records(WHEEL, 2)
     quiet = parameters.copy()
     quiet["wheel_noise_radps"] = quiet["heading_noise_rad"] = 0.0
-    start_drive(robots, wheels, path, start_speed_mps, quiet, gain_table)
+    robot, wheel, p = (x.view(np.recarray) for x in (robots, wheels, quiet))
+    place_robot(robot[0], wheel, path.view(np.recarray), start_speed_mps, p[0], gain_table)
     dt_s, nominal_mps = float(quiet["dt_s"][0]), float(quiet["nominal_speed_mps"][0])
     length_m = path_length(path.view(np.recarray))
     horizon = int((10.0 * length_m / nominal_mps + 10.0) / dt_s)

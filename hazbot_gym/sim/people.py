@@ -13,7 +13,7 @@ import numpy as np
 
 from hazbot_gym.core.elementary import sin_cos
 from hazbot_gym.core.geometry import norm, route_pose
-from hazbot_gym.core.jit import scalar
+from hazbot_gym.core.jit import routine, scalar
 from hazbot_gym.core.social_force import SocialForce
 from hazbot_gym.core.state import (
     GONE,
@@ -107,7 +107,7 @@ def _advance(me: Record, routes: Floats, dt_s: float) -> None:
         me.status = GONE
 
 
-@scalar
+@routine
 def begin_social_step(
     people: Records, place: Place, robot: Record, force: SocialForce, reactions: Records,
     recording: Floats, key: np.uint64, step: int, dt_s: float, bench: Bench, walkers: int,
@@ -141,7 +141,7 @@ def begin_social_step(
     return walkers
 
 
-@scalar
+@routine
 def end_social_step(
     people: Records, place: Place, robot: Record, dt_s: float, bench: Bench, walkers: int
 ) -> int:

@@ -14,7 +14,7 @@ import numpy as np
 from hazbot_gym.config import Config, Tracker
 from hazbot_gym.core.elementary import sin_cos
 from hazbot_gym.core.geometry import is_in_sight, may_be_near, norm
-from hazbot_gym.core.jit import kernel, scalar
+from hazbot_gym.core.jit import kernel, routine, scalar
 from hazbot_gym.core.noise import SONAR, TRACKER, noise_value, uniform4
 from hazbot_gym.core.patterns import Thresholds, classify
 from hazbot_gym.core.proxemics import SOCIAL_M
@@ -109,7 +109,7 @@ def echo(cone: Cone, robot: Record, people: Records, walls: Floats, p: Ultrasoni
     return nearest
 
 
-@scalar
+@routine
 def sense_ranges(
     robot: Record, people: Records, walls: Floats, p: Ultrasonic, key: np.uint64, step: int,
     ranges: Floats,
@@ -159,7 +159,7 @@ def _is_seen(
     return is_in_sight(robot.x, robot.y, seen.x, seen.y, walls)
 
 
-@scalar
+@routine
 def track_people(
     robot: Record, walls: Floats, history: Records, p: SensorParameters, key: np.uint64, step: int,
     tracks: Records,

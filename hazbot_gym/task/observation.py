@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hazbot_gym.core.geometry import clip, norm, path_length, path_pose
-from hazbot_gym.core.jit import kernel, scalar
+from hazbot_gym.core.jit import kernel, routine, scalar
 from hazbot_gym.core.patterns import closest_approach
 from hazbot_gym.core.state import CONFRONTING, CROSSING, PATTERN_NAMES, Floats, Record, Records
 from hazbot_gym.core.ultrasonic import SENSOR_NAMES
@@ -201,7 +201,7 @@ def _put_nobody(out: npt.NDArray[np.float32], i: int) -> int:
     return i + _PER_PERSON
 
 
-@scalar
+@routine
 def encode(
     robot: Record, path: Records, ranges: Floats, tracks: Records, out: npt.NDArray[np.float32]
 ) -> None:
