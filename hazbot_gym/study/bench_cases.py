@@ -30,6 +30,13 @@ def with_people(count: int) -> dict[str, Any]:
     return {"people": {"model": "social_force", "count": [count, count]}}
 
 
+# On one thread, with less and less in it: the differences tell what each part takes.
+ONE_THREAD = f"{batched(1024, 4)}, 1 thread"
+WITHOUT_PEOPLE = f"{batched(1024, 0)}, 1 thread"
+WITHOUT_WHEELS = f"{WITHOUT_PEOPLE}, ideal wheels"
+IDEAL_WHEELS = {"wheel_loop": "ideal", "wheel_noise_radps": 0.0, "heading_noise_rad": 0.0}
+
+
 class Case(Protocol):
     """Something that can be run, call by call."""
 
@@ -79,9 +86,9 @@ class CorridorStepper(VectorStepper):
     """Steps the batched engine, with worlds that stand at different points of their episodes."""
 
     def __init__(
-        self, worlds: int, people: int, *, spread: int, threads: int | None = None
+        self, worlds: int, people: int, *, spread: int, threads: int | None = None, **config: Any
     ) -> None:
-        envs = CorridorVectorEnv(worlds, threads=threads, **with_people(people))
+        envs = CorridorVectorEnv(worlds, threads=threads, **with_people(people), **config)
         super().__init__(envs)
         ages = np.random.default_rng(0).integers(spread + 1, size=worlds)
         for k in range(int(ages.max())):
@@ -135,7 +142,9 @@ def make_cases(spread: int) -> tuple[dict[str, Case], list[str]]:
         for people in PEOPLE:
             cases[batched(worlds, people)] = CorridorStepper(worlds, people, spread=spread)
     one_thread = CorridorStepper(1024, 4, spread=spread, threads=1)
-    cases[f"{batched(1024, 4)}, 1 thread"] = one_thread
+    cases[ONE_THREAD] = one_thread
+    cases[WITHOUT_PEOPLE] = CorridorStepper(1024, 0, spread=spread, threads=1)
+    cases[WITHOUT_WHEELS] = CorridorStepper(1024, 0, spread=spread, threads=1, drive=IDEAL_WHEELS)
     cases |= dict(_policies(one_thread))
     try:
         cases["SB3 adapter, 1024 worlds, 4 people"] = Sb3Stepper(1024, 4)

@@ -15,6 +15,7 @@ Record = dict[str, Any]
 Rows = list[tuple[str, ...]]
 
 RATES = ("steps a second, median (quartiles)", "", "times CartPole-v1")
+PARTS = ("part of a step in one of 1024 worlds, one thread", "microseconds")
 GOALS = ("goal", "", "measured")
 ONCE = ("measured once", "")
 
@@ -30,6 +31,7 @@ def table(record: Record) -> Group:
     machine = record["machine"]
     return Group(
         _table(RATES, rate_rows(record)),
+        _table(PARTS, part_rows(record)),
         _table(GOALS, goal_rows(record)),
         _table(ONCE, once_rows(record)),
         f"{CORRIDOR} and the batched engine with {record[CORRIDOR]['with'].partition(' ')[2]}",
@@ -43,13 +45,14 @@ def table(record: Record) -> Group:
 def page(template: str, record: Record, *, name: str) -> str:
     """Return the page on performance: a template with its placeholders filled in.
 
-    ``$rates``, ``$goals`` and ``$once`` are tables, ``$record`` the record's name, ``$turns`` and
-    ``$what`` its own; ``$processor``, ``$cores``, ``$system``, ``$python`` and ``$numba`` tell the
-    machine.
+    ``$rates``, ``$parts``, ``$goals`` and ``$once`` are tables, ``$record`` the record's name,
+    ``$turns`` and ``$what`` its own; ``$processor``, ``$cores``, ``$system``, ``$python`` and
+    ``$numba`` tell the machine.
     """
     tables = {
         "rates": _markdown(RATES, rate_rows(record)),
         "goals": _markdown(GOALS, goal_rows(record)),
+        "parts": _markdown(PARTS, part_rows(record)),
         "once": _markdown(ONCE, once_rows(record)),
     }
     plain = {"record": name, "what": record["what"], "turns": record["turns"]}
@@ -65,6 +68,11 @@ def rate_rows(record: Record) -> Rows:
 def _rate(case: Record) -> tuple[str, str]:
     low, high = (shown(value) for value in case["steps_per_s_quartiles"])
     return f"{shown(case['steps_per_s'])} ({low} to {high})", shown(case["to_cartpole"])
+
+
+def part_rows(record: Record) -> Rows:
+    """Return what each part of a step takes."""
+    return [(name, shown(us)) for name, us in record["breakdown_us"].items()]
 
 
 def goal_rows(record: Record) -> Rows:

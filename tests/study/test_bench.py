@@ -33,6 +33,11 @@ def test_goals_stand_beside_what_was_measured(record: dict[str, Any]) -> None:
     assert goals["batched, 4 people, 8192 worlds to 1024"]["measured"] == pytest.approx(8)
 
 
+def test_the_parts_of_a_step_are_what_cases_differ_by(record: dict[str, Any]) -> None:
+    # A call takes 100 us: 1 us a world with everything, 0.5 without people, 0.2 without wheels.
+    assert list(record["breakdown_us"].values()) == pytest.approx([0.5, 0.3, 0.2])
+
+
 def test_a_turn_takes_about_its_time(timed: Callable[..., Any]) -> None:
     assert calls_for(timed(1), turn_s=0.01) == 100
     assert calls_for(timed(1), turn_s=1e-6) == 1

@@ -30,6 +30,7 @@ def test_terminal_shows_cases_goals_and_machine(record: dict[str, Any]) -> None:
         "hazbot_gym/Corridor-v0",
         "batched, 8192 worlds, 10 people",
         "at least 60",
+        "four people",
         "1.25 s (1.25 to 1.25) cached, 1.25 s compiling",
         "fuzzy-PID",
         "SB3 adapter left out",
