@@ -23,7 +23,7 @@ from hazbot_gym.sim.batch import (
 )
 from hazbot_gym.sim.drive import place_robot
 from hazbot_gym.sim.perception import remember, sense_ranges, track_people
-from hazbot_gym.sim.walking import Bench
+from hazbot_gym.sim.walkers import Bench
 from hazbot_gym.task.observation import encode
 from hazbot_gym.task.outcome import RUNNING, settle
 from hazbot_gym.task.reward import reward_terms, safety_cost, total

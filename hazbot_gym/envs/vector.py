@@ -39,7 +39,7 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.batch import GROUP, Surroundings, allocate, mechanics
 from hazbot_gym.sim.drive import free_time_s
 from hazbot_gym.sim.perception import sensor_parameters, tracker_of
-from hazbot_gym.sim.walking import make_bench
+from hazbot_gym.sim.walkers import make_bench
 from hazbot_gym.task.observation import LAYOUTS
 from hazbot_gym.task.outcome import DECISION, RUNNING, TIMEOUT, Rules
 from hazbot_gym.task.reward import TERMS

@@ -29,23 +29,21 @@ from hazbot_gym.core.state import (
     Records,
     as_record,
 )
-from hazbot_gym.sim import walking
 from hazbot_gym.sim.contact import find_contact, slack
-from hazbot_gym.sim.drive import (
+from hazbot_gym.sim.drive import drive_parameters, update_pose_error
+from hazbot_gym.sim.lanes import (
     DRIVE_LANES,
     aim_lane,
-    drive_parameters,
     drive_step,
+    drive_values,
     follow_lane,
     follow_lines,
     load_lane,
     store_lane,
-    update_pose_error,
-    values_of,
 )
 from hazbot_gym.sim.people import begin_social_step, end_social_step, move_people
 from hazbot_gym.sim.perception import SENSORS
-from hazbot_gym.sim.walking import Bench
+from hazbot_gym.sim.walkers import Bench, force_values, walk
 
 
 class Worlds(NamedTuple):
@@ -148,9 +146,9 @@ def start_people(
     worlds: Worlds, i: int, surroundings: Surroundings, m: Mechanics, bench: Bench
 ) -> None:
     """Let the people of world i choose their first velocity."""
-    place, force = place_of(worlds, i, surroundings), walking.values_of(m.force[0])
+    place, force = place_of(worlds, i, surroundings), force_values(m.force[0])
     count = begin_social_period(worlds, i, surroundings, m, force, 0, bench, 0)
-    walking.walk(bench, count, force, m.social_s)
+    walk(bench, count, force, m.social_s)
     end_social_step(worlds.people[i], place, worlds.robots[i], m.social_s, bench, 0)
 
 
@@ -187,7 +185,7 @@ def _walk_period(
     m: Mechanics, bench: Bench,
 ) -> None:  # fmt: skip
     """Move a group's people to the end of a social period, and let them choose for the next."""
-    force, walkers = walking.values_of(m.force[0]), 0
+    force, walkers = force_values(m.force[0]), 0
     for lane in range(count):
         i = group.world[lane]
         if group.contact[lane] == NO_CONTACT:
@@ -196,7 +194,7 @@ def _walk_period(
             move_people(worlds.people[i], m.social_s)
             step = worlds.steps[i] * m.social_per_decision + period + 1
             walkers = begin_social_period(worlds, i, surroundings, m, force, step, bench, walkers)
-    walking.walk(bench, walkers, force, m.social_s)
+    walk(bench, walkers, force, m.social_s)
     walkers = 0
     for lane in range(count):
         i = group.world[lane]
@@ -217,7 +215,7 @@ def _drive_period(
         walls = place_of(worlds, i, surroundings).walls
         nearest = slack(worlds.people[i], walls, worlds.robots[i], m.social_s)
         group.is_near[lane] = nearest <= 0.0 and group.contact[lane] == NO_CONTACT
-    p = values_of(m.drive[0])
+    p = drive_values(m.drive[0])
     for lane in range(count):
         path = place_of(worlds, group.world[lane], surroundings).path
         aim_lane(group.drive, lane, path, p.nominal_speed_mps * m.social_s)

@@ -29,7 +29,8 @@ from hazbot_gym.core.state import (
     Records,
 )
 from hazbot_gym.sim.spacing import ROBOT_MARGIN_M, keep_off_robot
-from hazbot_gym.sim.walking import Bench, lane_point, put_down, take_up, values_of, walk
+from hazbot_gym.sim.walkers import Bench, force_values, put_down, take_up, walk
+from hazbot_gym.sim.walking import lane_point
 
 ENTRY_ROOM_M = 0.7  # nobody enters where somebody stands within this distance
 ROBOT_ENTRY_ROOM_M = 2.0  # nor this near to the robot
@@ -181,7 +182,7 @@ def social_step(
         dt_s: Social period [s].
         bench: Room for P walkers.
     """
-    values = values_of(force)
+    values = force_values(force)
     count = begin_social_step(
         people, place, robot, values, reactions, recording, key, step, dt_s, bench, 0
     )

@@ -33,14 +33,14 @@ from hazbot_gym.core.state import (
 )
 from hazbot_gym.sim.contact import slack
 from hazbot_gym.sim.drive import (
-    DRIVE_LANES,
     drive,
     drive_parameters,
     free_time_s,
     start_drive,
 )
+from hazbot_gym.sim.lanes import DRIVE_LANES
 from hazbot_gym.sim.people import move_people, social_step
-from hazbot_gym.sim.walking import Bench, make_bench
+from hazbot_gym.sim.walkers import Bench, make_bench
 
 _ROBOT, _PERSON, _WALL = 1, 2, 3  # collision types
 _AWAY = 1.0e6  # where bodies of absent people are parked [m]

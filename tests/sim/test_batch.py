@@ -19,7 +19,7 @@ from hazbot_gym.sim.batch import (
     step_group,
 )
 from hazbot_gym.sim.drive import place_robot
-from hazbot_gym.sim.walking import Bench, make_bench
+from hazbot_gym.sim.walkers import Bench, make_bench
 from hazbot_gym.sim.world import World
 from hazbot_gym.task.scenario import Source
 

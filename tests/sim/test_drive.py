@@ -15,21 +15,23 @@ from hazbot_gym.core.pid import PLANTS
 from hazbot_gym.core.state import LEFT, RIGHT, ROBOT, WHEEL, Floats, Records, as_record, records
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.drive import (
+    drive,
+    drive_parameters,
+    free_time_s,
+    start_drive,
+    update_pose_error,
+)
+from hazbot_gym.sim.lanes import (
     DRIVE_LANES,
     DriveParameters,
     aim_lane,
-    drive,
-    drive_parameters,
     drive_step,
+    drive_values,
     follow_lane,
     follow_lines,
-    free_time_s,
     load_lane,
     measurement_noise,
-    start_drive,
     store_lane,
-    update_pose_error,
-    values_of,
 )
 
 REFERENCE = json.loads(
@@ -206,7 +208,7 @@ def test_compiled_drive_is_that_of_plain_python(wheel_loop: str) -> None:
         aim_lane(lanes, 3, path, 0.01)
         follow_lines(lanes)
         follow_lane(lanes, 3, path)
-        drive_step(lanes, values_of(parameters), plain.table)
+        drive_step(lanes, drive_values(parameters), plain.table)
     store_lane(lanes, 3, robot, wheels)
     update_pose_error(robot, path)
     rig.drive(0.5, substeps=100)

@@ -25,7 +25,7 @@ from hazbot_gym.core.state import (
 )
 from hazbot_gym.sim.people import CATCH_UP_MPS, move_people, social_step
 from hazbot_gym.sim.spacing import ROBOT_MARGIN_M
-from hazbot_gym.sim.walking import Bench, make_bench
+from hazbot_gym.sim.walkers import Bench, make_bench
 from hazbot_gym.sim.world import World
 from hazbot_gym.task.scenario import Source
 

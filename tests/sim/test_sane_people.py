@@ -33,7 +33,7 @@ from hazbot_gym.core.state import (
     records,
 )
 from hazbot_gym.sim.people import move_people, social_step
-from hazbot_gym.sim.walking import Bench, make_bench
+from hazbot_gym.sim.walkers import Bench, make_bench
 from hazbot_gym.task.scenario import Source
 
 DT_S, SUBSTEPS = 0.05, 5  # social period [s], physics steps in it

@@ -25,16 +25,12 @@ from hazbot_gym.core.state import (
     Records,
     records,
 )
+from hazbot_gym.sim.walkers import Bench, make_bench, put_down, take_up, walk
 from hazbot_gym.sim.walking import (
     LOOK_AHEAD_M,
     SIDESTEP_LENGTH_M,
-    Bench,
     lane_offset,
     lane_point,
-    make_bench,
-    put_down,
-    take_up,
-    walk,
     walking_direction,
 )
 

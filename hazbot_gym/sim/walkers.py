@@ -1,0 +1,253 @@
+"""Walkers side by side: how those of one or of many worlds choose a velocity together.
+
+People who walk by social forces are taken up from their worlds, each into a lane of a bench. Only
+pushes that count are worked out: who and what is near is noted first, whoever it concerns. Then all
+choose, and are put down again. No walker's choice depends on who else is on the bench. As in
+``lanes.py`` the loops over lanes compile to vector instructions.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hazbot_gym.core.geometry import may_be_near, nearest_on_segment, norm
+from hazbot_gym.core.jit import LANES, routine, scalar
+from hazbot_gym.core.noise import CROWD, uniform4, uniform_noise
+from hazbot_gym.core.social_force import Reaction, SocialForce, goal_force, wall_force
+from hazbot_gym.core.state import PRESENT, Floats, Place, Record, Records, records
+from hazbot_gym.sim.spacing import keep_apart
+from hazbot_gym.sim.walking import (
+    NEIGHBOUR_RANGE_M,
+    RECEDING_RANGE_M,
+    WALL_REACH,
+    blocked_share,
+    body_push,
+    robot_push,
+    walking_direction,
+)
+
+_EACH = ("f8", (LANES,))
+WALKERS = np.dtype(
+    [
+        *((name, *_EACH) for name in ("vx", "vy", "ex", "ey", "radius", "desired_speed")),
+        *((name, *_EACH) for name in ("robot_x", "robot_y", "robot_vx", "robot_vy")),  # from me
+        *((name, *_EACH) for name in ("gain", "range_m", "attraction_mps2")),  # the reaction
+        ("key", "u8", (LANES,)),
+        ("step", "i8", (LANES,)),
+        ("person", "i8", (LANES,)),
+        # What people and walls make them do, apart: no sum may depend on who else is there.
+        *((name, "f8", (2, LANES)) for name in ("ax", "ay")),
+        *((name, *_EACH) for name in ("next_vx", "next_vy", "blocked")),  # what they choose
+    ],
+    align=True,
+)
+PUSHES = np.dtype(
+    [
+        ("count", "i8"),  # lanes in use
+        ("walker", "i8", (LANES,)),  # who is pushed
+        *((name, *_EACH) for name in ("x", "y", "vx", "vy")),  # of me, seen from the other
+        *((name, *_EACH) for name in ("reach", "ex", "ey", "is_head_on")),
+        *((name, *_EACH) for name in ("x1", "y1", "x2", "y2")),  # of a wall, seen from me
+        *((name, *_EACH) for name in ("fx", "fy")),
+    ],
+    align=True,
+)
+
+
+BY_PEOPLE, BY_WALLS = 0, 1  # who pushes
+
+
+class Bench(NamedTuple):
+    """What walkers are put on while they choose."""
+
+    walkers: Records  # (C,) WALKERS
+    pushes: Records  # (2,) PUSHES by people and by walls
+
+
+def make_bench(walkers: int) -> Bench:
+    """Return room for a number of walkers."""
+    chunks = max(-(-walkers // LANES), 1)
+    return Bench(records(WALKERS, chunks), records(PUSHES, 2))
+
+
+# --- taking up -----------------------------------------------------------------------------------
+
+
+@scalar
+def take_up(
+    bench: Bench, w: int, people: Records, i: int, place: Place, robot: Record, robot_vx: float,
+    robot_vy: float, force: SocialForce, reaction: Reaction, key: np.uint64, step: int,
+) -> None:  # fmt: skip
+    """Make person i walker w, and note who and what pushes it.
+
+    Args:
+        bench: What is worked on; changed like all that follows from it.
+        w: Number of the walker: 0 for the first, and so on.
+        people: (P,) PERSON records of its world.
+        i: Its index among them.
+        place: Walls and routes.
+        robot: The robot's record.
+        robot_vx: Its velocity, world axes [m/s].
+        robot_vy: The same, other axis [m/s].
+        force: Constants of the walking model.
+        reaction: How it answers to the robot.
+        key: Key of the scenario's noise.
+        step: Number of this social step since the reset.
+    """
+    me, lane, chunk = people[i], w % LANES, bench.walkers[w // LANES]
+    chunk.ex[lane], chunk.ey[lane] = walking_direction(me, place.routes)
+    chunk.vx[lane], chunk.vy[lane] = me.vx, me.vy
+    chunk.radius[lane], chunk.desired_speed[lane] = me.radius, me.desired_speed
+    chunk.robot_x[lane], chunk.robot_y[lane] = robot.x - me.x, robot.y - me.y
+    chunk.robot_vx[lane], chunk.robot_vy[lane] = robot_vx, robot_vy
+    chunk.gain[lane], chunk.range_m[lane] = reaction.gain, reaction.range_m
+    chunk.attraction_mps2[lane] = reaction.attraction_mps2
+    chunk.key[lane], chunk.step[lane], chunk.person[lane] = key, step, i
+    for source in (BY_PEOPLE, BY_WALLS):
+        chunk.ax[source, lane], chunk.ay[source, lane] = 0.0, 0.0
+    _note_people(bench, w, people, i, force)
+    _note_walls(bench, w, me, place.walls, force)
+
+
+@scalar
+def _note_people(bench: Bench, w: int, people: Records, i: int, force: SocialForce) -> None:
+    """Note the other people near person i, who is walker w."""
+    me, pushes = people[i], bench.pushes[BY_PEOPLE]
+    lane, chunk = w % LANES, bench.walkers[w // LANES]
+    ex, ey = chunk.ex[lane], chunk.ey[lane]
+    for j in range(people.shape[0]):
+        other = people[j]
+        x, y, vx, vy = me.x - other.x, me.y - other.y, me.vx - other.vx, me.vy - other.vy
+        range_m = NEIGHBOUR_RANGE_M if x * vx + y * vy < 0.0 else RECEDING_RANGE_M
+        if j == i or other.status != PRESENT or abs(x) + abs(y) > range_m:
+            continue
+        k = pushes.count
+        pushes.walker[k], pushes.x[k], pushes.y[k] = w, x, y
+        pushes.vx[k], pushes.vy[k] = vx, vy
+        pushes.reach[k], pushes.ex[k], pushes.ey[k] = me.radius + other.radius, ex, ey
+        pushes.is_head_on[k] = 1.0 if other.vx * ex + other.vy * ey < 0.0 else 0.0
+        pushes.count = k + 1
+        if k + 1 == LANES:
+            push_by_people(bench, force)
+
+
+@scalar
+def _note_walls(bench: Bench, w: int, me: Record, walls: Floats, force: SocialForce) -> None:
+    """Note the walls near a person who is walker w."""
+    pushes, reach = bench.pushes[BY_WALLS], me.radius + WALL_REACH * force.wall_range_m
+    for i in range(walls.shape[0]):
+        if not may_be_near(me.x, me.y, walls[i, 0], walls[i, 1], walls[i, 2], walls[i, 3], reach):
+            continue
+        k = pushes.count
+        pushes.walker[k], pushes.reach[k] = w, me.radius
+        pushes.x1[k], pushes.y1[k] = walls[i, 0] - me.x, walls[i, 1] - me.y
+        pushes.x2[k], pushes.y2[k] = walls[i, 2] - me.x, walls[i, 3] - me.y
+        pushes.count = k + 1
+        if k + 1 == LANES:
+            push_by_walls(bench, force)
+
+
+# --- the forces ----------------------------------------------------------------------------------
+
+
+@scalar
+def force_values(force: Record) -> SocialForce:
+    """Return the constants as values: what a loop reads from memory might change under it."""
+    return SocialForce(
+        force.relaxation_time_s, force.typical_speed_mps, force.speed_limit_ratio,
+        force.person_strength_mps2, force.person_range_m, force.step_time_s,
+        force.wall_strength_mps2, force.wall_range_m, force.robot_strength_mps2,
+        force.robot_range_m, force.anisotropy, force.view_angle_rad, force.sidestep_mps2,
+        force.sidestep_range_m, force.jitter_mps2,
+    )  # fmt: skip
+
+
+@routine
+def push_by_people(bench: Bench, force: SocialForce) -> None:
+    """Work out the pushes by people that are noted, and clear the notes."""
+    p = bench.pushes[BY_PEOPLE]
+    for k in range(LANES):
+        p.fx[k], p.fy[k] = body_push(
+            p.x[k], p.y[k], p.vx[k], p.vy[k], p.reach[k], p.ex[k], p.ey[k],
+            force.person_strength_mps2, force.person_range_m, 1.0, p.is_head_on[k] > 0.0, force,
+        )  # fmt: skip
+    _add_up(p, BY_PEOPLE, bench.walkers)
+
+
+@routine
+def push_by_walls(bench: Bench, force: SocialForce) -> None:
+    """Work out the pushes by walls that are noted, and clear the notes."""
+    p = bench.pushes[BY_WALLS]
+    for k in range(LANES):
+        x, y = nearest_on_segment(0.0, 0.0, p.x1[k], p.y1[k], p.x2[k], p.y2[k])
+        distance = max(norm(x, y), 1e-6)
+        fx, fy = wall_force(
+            -x / distance, -y / distance, distance - p.reach[k],
+            force.wall_strength_mps2, force.wall_range_m,
+        )  # fmt: skip
+        is_near = distance <= p.reach[k] + WALL_REACH * force.wall_range_m
+        p.fx[k] = fx if is_near else 0.0
+        p.fy[k] = fy if is_near else 0.0
+    _add_up(p, BY_WALLS, bench.walkers)
+
+
+@scalar
+def _add_up(pushes: Record, source: int, walkers: Records) -> None:
+    for k in range(pushes.count):
+        w = pushes.walker[k]
+        walkers[w // LANES].ax[source, w % LANES] += pushes.fx[k]
+        walkers[w // LANES].ay[source, w % LANES] += pushes.fy[k]
+    pushes.count = 0
+
+
+# --- the velocity --------------------------------------------------------------------------------
+
+
+@routine
+def walk(bench: Bench, count: int, force: SocialForce, dt_s: float) -> None:
+    """Let the first walkers of a bench choose the velocity that they mean to have after dt."""
+    push_by_people(bench, force)
+    push_by_walls(bench, force)
+    for k in range((count + LANES - 1) // LANES):
+        _choose(bench.walkers[k], force, dt_s)
+
+
+@scalar
+def _choose(c: Record, force: SocialForce, dt_s: float) -> None:
+    for k in range(LANES):
+        u1, u2, _, _ = uniform4(c.key[k], CROWD, c.step[k], c.person[k])
+        c.next_vx[k] = force.jitter_mps2 * uniform_noise(u1)
+        c.next_vy[k] = force.jitter_mps2 * uniform_noise(u2)
+    for k in range(LANES):
+        reaction = Reaction(c.gain[k], c.range_m[k], c.attraction_mps2[k])
+        rx, ry = robot_push(
+            c.robot_x[k], c.robot_y[k], c.vx[k], c.vy[k], c.robot_vx[k], c.robot_vy[k],
+            c.desired_speed[k], c.radius[k], c.ex[k], c.ey[k], reaction, force,
+        )  # fmt: skip
+        c.next_vx[k] += c.ax[BY_PEOPLE, k] + c.ax[BY_WALLS, k] + rx
+        c.next_vy[k] += c.ay[BY_PEOPLE, k] + c.ay[BY_WALLS, k] + ry
+    for k in range(LANES):
+        speed, ex, ey = c.desired_speed[k], c.ex[k], c.ey[k]
+        gx, gy = goal_force(c.vx[k], c.vy[k], ex, ey, speed, force.relaxation_time_s)
+        pace = speed / force.typical_speed_mps
+        vx = c.vx[k] + (gx + pace * c.next_vx[k]) * dt_s
+        vy = c.vy[k] + (gy + pace * c.next_vy[k]) * dt_s
+        excess = max(norm(vx, vy) / max(force.speed_limit_ratio * speed, 1e-9), 1.0)
+        c.next_vx[k], c.next_vy[k] = vx / excess, vy / excess
+        along_mps = c.vx[k] * ex + c.vy[k] * ey
+        c.blocked[k] = blocked_share(
+            c.robot_x[k], c.robot_y[k], along_mps, speed, c.radius[k], ex, ey
+        )
+
+
+@scalar
+def put_down(
+    bench: Bench, w: int, people: Records, i: int, place: Place, robot: Record, dt_s: float
+) -> None:
+    """Give person i what it chose as walker w, less what would lead it into something."""
+    me, lane, chunk = people[i], w % LANES, bench.walkers[w // LANES]
+    me.blocked = chunk.blocked[lane]
+    me.next_vx, me.next_vy = chunk.next_vx[lane], chunk.next_vy[lane]
+    keep_apart(people, i, place, robot, dt_s)
