@@ -23,12 +23,15 @@ class PlaceTable(NamedTuple):
     route_kinds: npt.NDArray[np.int64]  # (L, R)
     route_anchors: Floats  # (L, R, 2)
     route_rooms: Floats  # (L, R)
+    entry_counts: npt.NDArray[np.int64]  # (L,) R, or 0
+    entry_times_s: Floats  # (L, R or 0)
+    entry_speeds_mps: Floats  # (L, R or 0)
 
 
 @scalar
 def place_at(table: PlaceTable, i: int) -> Place:
     """Return place i as views into the table."""
-    routes = table.route_counts[i]
+    routes, entries = table.route_counts[i], table.entry_counts[i]
     return Place(
         table.walls[i, : table.wall_counts[i]],
         table.paths[i, : table.path_counts[i]],
@@ -36,6 +39,8 @@ def place_at(table: PlaceTable, i: int) -> Place:
         table.route_kinds[i, :routes],
         table.route_anchors[i, :routes],
         table.route_rooms[i, :routes],
+        table.entry_times_s[i, :entries],
+        table.entry_speeds_mps[i, :entries],
     )
 
 
@@ -52,6 +57,9 @@ def stack_places(places: list[Place]) -> PlaceTable:
         route_kinds=np.zeros((size, max(len(p.routes) for p in places)), np.int64),
         route_anchors=np.zeros((size, max(len(p.routes) for p in places), 2)),
         route_rooms=np.zeros((size, max(len(p.routes) for p in places))),
+        entry_counts=np.array([len(p.entry_times_s) for p in places]),
+        entry_times_s=np.zeros((size, max(len(p.entry_times_s) for p in places))),
+        entry_speeds_mps=np.zeros((size, max(len(p.entry_times_s) for p in places))),
     )
     for i, place in enumerate(places):
         routes, waypoints = place.routes.shape[:2]
@@ -62,4 +70,6 @@ def stack_places(places: list[Place]) -> PlaceTable:
         table.route_kinds[i, :routes] = place.route_kinds
         table.route_anchors[i, :routes] = place.route_anchors
         table.route_rooms[i, :routes] = place.route_rooms
+        table.entry_times_s[i, : len(place.entry_times_s)] = place.entry_times_s
+        table.entry_speeds_mps[i, : len(place.entry_times_s)] = place.entry_speeds_mps
     return table

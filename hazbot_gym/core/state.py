@@ -73,14 +73,15 @@ PERSON = np.dtype(
         ("radius", "f8"),  # [m]
         ("desired_speed", "f8"),  # [m/s]
         ("enters_s", "f8"),  # time of entry [s]
-        ("route", "i8"),  # row of the place's routes; of the recording's people for REPLAY
+        ("left_s", "f8"),  # when it left for good [s]
         ("s", "f8"),  # arc length walked along the route [m]
         ("offset", "f8"),  # lateral offset from the route, left positive [m]
         ("sidestep_s", "f8"),  # arc length at which a scripted walker has stepped aside [m]
         ("sidestep_offset", "f8"),  # its lateral offset from then on [m]
-        ("model", "i8"),  # SCRIPTED, SOCIAL_FORCE or REPLAY
-        ("reaction", "i8"),  # row of the reaction table (REACTION_NAMES)
-        ("status", "i8"),  # WAITING, PRESENT or GONE
+        ("route", "i4"),  # row of the place's routes; of the recording's people for REPLAY
+        ("model", "i4"),  # SCRIPTED, SOCIAL_FORCE or REPLAY
+        ("reaction", "i4"),  # row of the reaction table (REACTION_NAMES)
+        ("status", "i4"),  # WAITING, PRESENT or GONE
         ("blocked", "f8"),  # share of the desired speed that the robot takes away, in [0, 1]
         ("next_vx", "f8"),  # velocity being worked out, while the old ones are still in use
         ("next_vy", "f8"),
@@ -90,12 +91,12 @@ PERSON = np.dtype(
 
 TRACK = np.dtype(
     [
-        ("visible", "i8"),  # 1 if the tracker reports this person now
+        ("visible", "i4"),  # 1 if the tracker reports this person now
+        ("pattern", "i4"),  # label held while the person is in view; NO_PATTERN if none yet
         ("x", "f8"),
         ("y", "f8"),
         ("vx", "f8"),
         ("vy", "f8"),
-        ("pattern", "i8"),  # label held while the person is in view; NO_PATTERN if none yet
     ],
     align=True,
 )
@@ -132,6 +133,9 @@ class Place(NamedTuple):
         route_kinds: (R,) ACROSS, AGAINST or ALONG, as the route runs relative to the path.
         route_anchors: (R, 2) arc lengths on the path and on the route where the two meet [m].
         route_rooms: (R,) how far to either side of the route people may keep their lane [m].
+        entry_times_s: (R,) when a recorded person comes in on each route, in order; (0,) if people
+            are not seeded from a recording.
+        entry_speeds_mps: (R,) how fast it walks.
     """
 
     walls: Floats
@@ -140,6 +144,8 @@ class Place(NamedTuple):
     route_kinds: Ints
     route_anchors: Floats
     route_rooms: Floats
+    entry_times_s: Floats = np.zeros(0)
+    entry_speeds_mps: Floats = np.zeros(0)
 
 
 def records(dtype: np.dtype[np.void], size: int) -> Records:

@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from hazbot_gym.core.elementary import sin_cos
+from hazbot_gym.core.entries import pass_on
 from hazbot_gym.core.geometry import norm, route_pose
 from hazbot_gym.core.jit import routine, scalar
 from hazbot_gym.core.social_force import SocialForce
@@ -122,6 +123,9 @@ def begin_social_step(
         me = people[i]
         if me.model != REPLAY and me.status == PRESENT and step > 0:
             _advance(me, place.routes, dt_s)
+            me.left_s = step * dt_s
+        elif place.entry_times_s.shape[0] > 0:
+            pass_on(people, i, place, step * dt_s)
         if me.model != REPLAY and me.status == WAITING:
             _enter(people, i, robot, step * dt_s)
     sine, cosine = sin_cos(robot.theta)

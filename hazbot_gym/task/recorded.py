@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from hazbot_gym.core.entries import REST_S, seat
 from hazbot_gym.core.geometry import path_length
 from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.noise import SCENARIO, uniform4
@@ -52,8 +53,6 @@ class RecordedTable(NamedTuple):
     starts: npt.NDArray[np.int64]  # (recordings,) first row of each in ``positions``
     counts: npt.NDArray[np.int64]  # (recordings,) number of rows
     positions: Floats  # (rows, S, 2) people in slots [m], NaN where a slot is empty
-    entry_times_s: Floats  # (recordings, E) when people come in, inf for padding
-    entry_speeds_mps: Floats  # (recordings, E)
 
 
 def load_recordings(tracks: str | None) -> list[Recording]:
@@ -89,24 +88,33 @@ def recorded_table(recordings: list[Recording], dt_s: float) -> RecordedTable:
     starts = np.cumsum(counts) - counts
     for start, positions in zip(starts, packed, strict=True):
         rows[start : start + len(positions), : positions.shape[1]] = positions
-    came = [_entries(recording) for recording in recordings]
-    size = max(1, *(len(entry.times_s) for entry in came))
-    times_s = np.full((len(came), size), np.inf)
-    speeds_mps = np.ones((len(came), size))
-    for i, entry in enumerate(came):
-        times_s[i, : len(entry.times_s)] = entry.times_s
-        speeds_mps[i, : len(entry.times_s)] = entry.speeds_mps
-    return RecordedTable(dt_s, starts, counts, rows, times_s, speeds_mps)
+    return RecordedTable(dt_s, starts, counts, rows)
 
 
-def most_entries(table: RecordedTable, duration_s: float) -> int:
-    """Return how many people come in at most within a duration, over all stretches."""
-    most = 1
-    for times_s in table.entry_times_s:
-        known = times_s[np.isfinite(times_s)]
-        inside = np.searchsorted(known, known + duration_s) - np.arange(len(known))
-        most = max(most, int(inside.max(initial=1)))
-    return most
+def most_at_once(places: list[Place], duration_s: float) -> int:
+    """Return for how many people there must be records at once, with room for those held up.
+
+    Args:
+        places: With entries.
+        duration_s: Of an episode: nobody who comes later needs one [s].
+    """
+    return max(min(_together(place), _within(place, duration_s)) for place in places)
+
+
+def _together(place: Place) -> int:
+    """Return a half more than the most people who are in a place at once at their own speeds."""
+    ways_m = place.routes[:, -1, 2]
+    ends_s = np.sort(place.entry_times_s + ways_m / place.entry_speeds_mps + REST_S)
+    gone = np.searchsorted(ends_s, place.entry_times_s, side="right")
+    there = np.arange(1, len(ends_s) + 1) - gone
+    return math.ceil(1.5 * float(there.max(initial=1)))
+
+
+def _within(place: Place, duration_s: float) -> int:
+    """Return how many people come in at most within a duration."""
+    times_s = place.entry_times_s
+    inside = np.searchsorted(times_s, times_s + duration_s) - np.arange(len(times_s))
+    return int(inside.max(initial=1))
 
 
 def _place(recording: Recording, *, is_reversed: bool) -> Place:
@@ -133,6 +141,8 @@ def _with_entry_routes(place: Place, recording: Recording) -> Place:
         route_kinds=np.full(len(routes), AGAINST),
         route_anchors=np.zeros((len(routes), 2)),
         route_rooms=np.zeros(len(routes)),
+        entry_times_s=came.times_s,
+        entry_speeds_mps=came.speeds_mps,
     )
 
 
@@ -224,24 +234,17 @@ def fill_replayed(people: Records) -> None:
 
 @scalar
 def fill_seeded(
-    people: Records, table: RecordedTable, routes: Floats, which: int, start_s: float,
-    shares: Floats, key: np.uint64,
-) -> None:  # fmt: skip
+    people: Records, place: Place, start_s: float, shares: Floats, key: np.uint64
+) -> None:
     """Write social-force people who come in from a moment of a recording on, as recorded."""
-    times_s = table.entry_times_s[which]
     first = 0
-    while first < times_s.shape[0] and times_s[first] < start_s:
+    while first < place.entry_times_s.shape[0] and place.entry_times_s[first] < start_s:
         first += 1
     for i in range(people.shape[0]):
         me = people[i]
-        entry = first + i
         me.model, me.radius = SOCIAL_FORCE, PERSON_RADIUS_M
-        if entry >= times_s.shape[0] or math.isinf(times_s[entry]):
-            me.status = GONE
-            continue
-        me.status, me.route = WAITING, entry
-        me.enters_s = times_s[entry] - start_s
-        me.x, me.y = routes[entry, 0, 0], routes[entry, 0, 1]
-        me.desired_speed = table.entry_speeds_mps[which, entry]
-        u = uniform4(key, SCENARIO, 0, 2 + i)[0]
-        me.reaction = choose_reaction(u, shares)
+        me.reaction = choose_reaction(uniform4(key, SCENARIO, 0, 2 + i)[0], shares)
+        if first + i < place.entry_times_s.shape[0]:
+            seat(me, place, first + i, start_s)
+        else:  # nobody is left to come
+            me.status, me.route = GONE, place.entry_times_s.shape[0] - 1

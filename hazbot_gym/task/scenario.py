@@ -35,7 +35,7 @@ from hazbot_gym.task.recorded import (
     fill_replayed,
     fill_seeded,
     load_recordings,
-    most_entries,
+    most_at_once,
     recorded_places,
     recorded_table,
 )
@@ -46,8 +46,6 @@ NO_RECORDING = RecordedTable(
     starts=np.zeros(0, np.int64),
     counts=np.zeros(0, np.int64),
     positions=np.zeros((0, 0, 2)),
-    entry_times_s=np.zeros((0, 0)),
-    entry_speeds_mps=np.zeros((0, 0)),
 )
 WALKER_REACH_M = 200.0  # walkers given one by one walk on this far
 
@@ -130,8 +128,8 @@ def draw_scenario(people: Records, table: ScenarioTable, key: np.uint64) -> tupl
     else:
         which = place // 2
         start_s = (row - table.recorded.starts[which]) * table.recorded.dt_s
-        routes = table.places.routes[place]
-        fill_seeded(people, table.recorded, routes, which, start_s, table.reaction_shares, key)
+        seeded = place_at(table.places, place)
+        fill_seeded(people, seeded, start_s, table.reaction_shares, key)
     return place, row
 
 
@@ -195,7 +193,8 @@ def _slots(table: ScenarioTable, config: Config) -> int:
         return len(table.walkers)
     if table.kind == REPLAYED:
         return int(table.recorded.positions.shape[1])
-    return most_entries(table.recorded, config.max_episode_steps * config.clock.decision_s)
+    places = [place_at(table.places, i) for i in range(len(table.places.wall_counts))]
+    return most_at_once(places, config.max_episode_steps * config.clock.decision_s)
 
 
 def walkers_on_routes(walkers: tuple[Walker, ...], place: Place) -> tuple[Place, Records]:

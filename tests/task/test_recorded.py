@@ -16,6 +16,7 @@ from hazbot_gym.core.state import (
     WAITING,
     Floats,
     Ints,
+    Place,
     Records,
     records,
 )
@@ -27,7 +28,7 @@ from hazbot_gym.task.recorded import (
     fill_replayed,
     fill_seeded,
     load_recordings,
-    most_entries,
+    most_at_once,
     recorded_places,
     recorded_table,
 )
@@ -46,10 +47,8 @@ def stretches(table: RecordedTable, places: PlaceTable, speed_mps: float, out: I
 
 
 @kernel
-def seed(
-    people: Records, table: RecordedTable, routes: Floats, start_s: float, key: np.uint64
-) -> None:
-    fill_seeded(people, table, routes, 0, start_s, SHARES, key)
+def seed(people: Records, place: Place, start_s: float, key: np.uint64) -> None:
+    fill_seeded(people, place, start_s, SHARES, key)
 
 
 def walking(*tracks: Floats, first_steps: list[int] | None = None) -> Recording:
@@ -167,10 +166,9 @@ def test_seeded_people_come_in_as_recorded_from_the_moment_on() -> None:
         straight(0, 12, 2.0),
         first_steps=[0, 30, 80],
     )
-    table = recorded_table([recording], DT_S)
     place = recorded_places([recording], with_entries=True)[0]
     people = records(PERSON, 4)
-    seed(people, table, place.routes, 1.0, np.uint64(7))
+    seed(people, place, 1.0, np.uint64(7))
 
     assert people["status"].tolist() == [WAITING, WAITING, GONE, GONE]
     assert people["enters_s"][:2] == pytest.approx([2.0, 7.0])
@@ -184,34 +182,35 @@ def test_seeded_people_come_in_as_recorded_from_the_moment_on() -> None:
 
 
 def test_seeded_peoples_reactions_are_drawn_by_the_key() -> None:
-    recording = synthetic_recording()
-    table = recorded_table([recording], DT_S)
-    routes = recorded_places([recording], with_entries=True)[0].routes
+    place = recorded_places([synthetic_recording()], with_entries=True)[0]
     crowds = []
     for key in range(40):
         people = records(PERSON, 20)
-        seed(people, table, routes, 0.0, np.uint64(key))
+        seed(people, place, 0.0, np.uint64(key))
         crowds.append(people["reaction"])
 
     assert np.bincount(np.concatenate(crowds)) / 800 == pytest.approx([0.5, 0.5], abs=0.06)
     assert not np.array_equal(crowds[0], crowds[1])
 
 
-def test_room_is_made_for_the_most_people_who_come_in_within_an_episode() -> None:
-    recording = walking(*(straight(0, 9, y) for y in range(5)), first_steps=[0, 100, 150, 200, 500])
-    table = recorded_table([recording], DT_S)
+def test_room_is_made_for_those_who_are_there_at_once_and_half_as_many_again() -> None:
+    tracks = [straight(0, 9, y) for y in range(5)]  # each takes 9.9 s
+    apart = walking(*tracks, first_steps=[0, 200, 400, 600, 800])
+    at_once = walking(*tracks, first_steps=[0, 1, 2, 3, 800])
+    by_twos = walking(*tracks, first_steps=[0, 50, 200, 250, 400])
 
-    assert most_entries(table, 1.0) == 1
-    assert most_entries(table, 10.1) == 3
-    assert most_entries(table, 100.0) == 5
+    def room(recording: Recording, duration_s: float) -> int:
+        return most_at_once(recorded_places([recording], with_entries=True), duration_s)
+
+    assert room(apart, 1000.0) == 2
+    assert room(at_once, 1000.0) == 5  # of 6: no more ever come
+    assert room(by_twos, 1000.0) == 3
+    assert room(at_once, 0.15) == 2  # nobody else comes within the episode
 
 
 def test_who_returns_to_where_it_came_from_seeds_nobody() -> None:
     there_and_back = np.concatenate([straight(0, 5), straight(5, 0)])
     recording = walking(there_and_back, straight(9, 0, 1.0))
-    table = recorded_table([recording], DT_S)
-
-    assert np.isfinite(table.entry_times_s).sum() == 1
     places = recorded_places([recording], with_entries=True)
     assert [len(place.routes) for place in places] == [1, 1]
 
@@ -233,7 +232,7 @@ def test_corridor_that_nobody_walks_through_is_refused() -> None:
     recording = replace(synthetic_recording(), corridor=Corridor("x", (90.0, 99.0), (-1.5, 1.5)))
 
     with pytest.raises(InvalidInput, match="tracks: nobody in synthetic comes into its corridor"):
-        recorded_table([recording], DT_S)
+        recorded_places([recording], with_entries=True)
 
 
 def test_tracks_that_are_not_there_are_refused(tmp_path: Path) -> None:
@@ -257,7 +256,7 @@ def test_real_people_can_be_replayed_and_can_seed_others(tracks_dir: Path, name:
     assert [recording.name for recording in recordings] == [name]
     assert sets_at_each_step(table.positions) == sets_at_each_step(resample(recordings[0], DT_S))
     assert len(np.unique(out[:, 1])) > KEYS / 2
-    entered = np.isfinite(table.entry_times_s).sum()
+    entered = len(seeded[0].entry_times_s)
     assert 0.8 * recordings[0].people < entered <= recordings[0].people
     assert [len(place.routes) for place in seeded] == [entered, entered]
-    assert np.median(table.entry_speeds_mps) == pytest.approx(1.2, abs=0.2)
+    assert np.median(seeded[0].entry_speeds_mps) == pytest.approx(1.2, abs=0.2)
