@@ -58,7 +58,6 @@ class Problem(NamedTuple):
     """What is the same in all worlds, as arrays for kernels."""
 
     table: ScenarioTable
-    surroundings: Surroundings
     mechanics: Mechanics
     sensors: Records  # (1,) SensorParameters
     rules: Records  # (1,) Rules
@@ -69,13 +68,19 @@ class Problem(NamedTuple):
     decision_s: float
 
 
+@scalar
+def _surroundings(problem: Problem) -> Surroundings:
+    """Return what worlds stand in."""
+    return Surroundings(problem.table.places, problem.table.recorded.positions)
+
+
 # --- one world -----------------------------------------------------------------------------------
 
 
 @scalar
 def _look(i: int, worlds: Worlds, problem: Problem, out: Observations) -> None:
     """Let the sensors of world i report, and write its observation."""
-    place = place_of(worlds, i, problem.surroundings)
+    place = place_of(worlds, i, _surroundings(problem))
     p, robot, key, step = problem.sensors[0], worlds.robots[i], worlds.keys[i], worlds.steps[i]
     people, tracks, history = worlds.people[i], worlds.tracks[i], worlds.history[i]
     sense_ranges(robot, people, place.walls, p.ultrasonic, key, step, worlds.ranges[i])
@@ -88,7 +93,15 @@ def _look(i: int, worlds: Worlds, problem: Problem, out: Observations) -> None:
 def _reset_world(
     i: int, worlds: Worlds, episodes: Episodes, problem: Problem, outputs: Outputs, bench: Bench
 ) -> None:
-    """Start the next episode of world i."""
+    """Start the next episode of world i; what its last step left is kept, if that was just now."""
+    if episodes.was_over[i]:
+        outputs.terms[i, :] = 0.0
+        outputs.rewards[i] = outputs.costs[i] = 0.0
+        outputs.decisions[i].outcome = RUNNING
+        outputs.steps[i] = 0
+    else:
+        for k in range(outputs.observations.shape[1]):
+            outputs.final_observations[i, k] = outputs.observations[i, k]
     m, people, tracks = problem.mechanics, worlds.people[i], worlds.tracks[i]
     key = episodes.keys[i, episodes.used[i]]
     episodes.used[i] += 1
@@ -102,11 +115,11 @@ def _reset_world(
     worlds.places[i], worlds.keys[i], worlds.steps[i] = place_index, key, 0
     worlds.rows[i, 0], worlds.rows[i, 1] = recording_rows(problem.table, place_index, first_row)
     episodes.is_over[i] = False
-    path = place_of(worlds, i, problem.surroundings).path
+    path = place_of(worlds, i, _surroundings(problem)).path
     place_robot(
         worlds.robots[i], worlds.wheels[i], path, problem.start_speed_mps, m.drive[0], m.gains
     )
-    start_people(worlds, i, problem.surroundings, m, bench)
+    start_people(worlds, i, _surroundings(problem), m, bench)
     _look(i, worlds, problem, outputs.observations)
 
 
@@ -128,7 +141,7 @@ def _judge(
     """Work out what came of the decision in a lane, and what the sensors report after it."""
     i = group.world[lane]
     robot, decision, people = worlds.robots[i], outputs.decisions[i], worlds.people[i]
-    path = place_of(worlds, i, problem.surroundings).path
+    path = place_of(worlds, i, _surroundings(problem)).path
     worlds.steps[i] += 1
     nominal = problem.nominal_speed_mps
     decision.advance = (robot.s - decision.advance) / (nominal * problem.decision_s)
@@ -149,22 +162,6 @@ def _reflex(i: int, command_mps: float, worlds: Worlds, reflex_stop_m: float) ->
     """Return the command, or a stop if something is near in front."""
     nearest = min(worlds.ranges[i, 0], worlds.ranges[i, 1])
     return 0.0 if nearest < reflex_stop_m else command_mps
-
-
-@scalar
-def _end_and_reset(
-    i: int, worlds: Worlds, episodes: Episodes, problem: Problem, outputs: Outputs, bench: Bench
-) -> None:
-    """Reset world i; what its last step left is kept, if that was just now."""
-    if episodes.was_over[i]:
-        outputs.terms[i, :] = 0.0
-        outputs.rewards[i] = outputs.costs[i] = 0.0
-        outputs.decisions[i].outcome = RUNNING
-        outputs.steps[i] = 0
-    else:
-        for k in range(outputs.observations.shape[1]):
-            outputs.final_observations[i, k] = outputs.observations[i, k]
-    _reset_world(i, worlds, episodes, problem, outputs, bench)
 
 
 # --- all worlds ----------------------------------------------------------------------------------
@@ -202,9 +199,9 @@ def run_worlds(
                 _decide(count, lanes, command, worlds, outputs)
                 count += 1
             i += 1
-        step_group(lanes, count, worlds, problem.surroundings, problem.mechanics, bench)
+        step_group(lanes, count, worlds, _surroundings(problem), problem.mechanics, bench)
         for lane in range(count):
             _judge(lane, lanes, worlds, episodes, problem, outputs)
     for i in range(first, last):
         if mask[i] and episodes.is_over[i] and (is_same_step or episodes.was_over[i]):
-            _end_and_reset(i, worlds, episodes, problem, outputs, bench)
+            _reset_world(i, worlds, episodes, problem, outputs, bench)

@@ -37,20 +37,24 @@ def autoreset_mode_of(given: AutoresetMode | str) -> AutoresetMode:
 def commands_of(actions: Any, worlds: int, config: Config) -> Floats:
     """Return the commanded speeds (N,) [m/s] of the actions of N worlds."""
     nominal, values = config.drive.nominal_speed_mps, np.asarray(actions)
-    given = f"actions: given {values.dtype} of shape {values.shape}"
     if config.action_type == "discrete":
         levels = len(SPEED_LEVELS)
         is_level = values.dtype.kind in "iu" and np.all((values >= 0) & (values < levels))
         if values.shape != (worlds,) or not is_level:
-            raise InvalidInput(f"{given}, allowed are {worlds} integers 0 to {levels - 1}")
+            raise _wrong(values, f"{worlds} integers 0 to {levels - 1}")
         return nominal * np.array(SPEED_LEVELS)[values]
     if values.shape != (worlds, 1) or values.dtype.kind not in "iuf":
-        raise InvalidInput(f"{given}, allowed are numbers of shape ({worlds}, 1)")
+        raise _wrong(values, f"numbers of shape ({worlds}, 1)")
     values = values[:, 0].astype(np.float64)
     if not (values.min() >= -1.0 and values.max() <= 1.0):  # nor with a NaN among them
         wrong = values[~((values >= -1.0) & (values <= 1.0))][0]
         raise InvalidInput(f"actions: given {wrong}, allowed is -1 <= action <= 1")
     return nominal * 0.5 * (values + 1.0)
+
+
+def _wrong(values: Any, allowed: str) -> InvalidInput:
+    given = f"{values.dtype} of shape {values.shape}"
+    return InvalidInput(f"actions: given {given}, allowed are {allowed}")
 
 
 def reset_mask_of(options: dict[str, Any] | None, worlds: int) -> Bools:

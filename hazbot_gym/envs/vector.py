@@ -36,7 +36,7 @@ from hazbot_gym.envs.batch_input import (
 )
 from hazbot_gym.envs.corridor import spaces_of
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.sim.batch import GROUP, Surroundings, allocate, mechanics
+from hazbot_gym.sim.batch import GROUP, allocate, mechanics
 from hazbot_gym.sim.drive import free_time_s
 from hazbot_gym.sim.perception import sensor_parameters, tracker_of
 from hazbot_gym.sim.walkers import make_bench
@@ -129,7 +129,6 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         self._free_times_s = np.full(len(source.names), np.nan)  # filled in where needed
         self._problem = Problem(
             table=source.table,
-            surroundings=Surroundings(source.table.places, source.table.recorded.positions),
             mechanics=mechanics(config),
             sensors=as_record(sensor_parameters(config)),
             rules=as_record(Rules(config.arrival_tolerance_m, config.max_episode_steps)),
@@ -257,7 +256,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         """Return how long the paths of some places take alone at full speed [s]."""
         for i in np.unique(places[np.isnan(self._free_times_s[places])]):
             self._free_times_s[i] = free_time_s(
-                place_at(self._problem.surroundings.places, i).path,
+                place_at(self._problem.table.places, i).path,
                 self._problem.mechanics.drive,
                 self._problem.mechanics.gains,
                 self._problem.start_speed_mps,
