@@ -6,7 +6,7 @@ Three kinds of functions are used throughout the library:
   when called from a kernel; the same source can be compiled for a GPU.
 - ``routine``: the same for a larger piece, which stays a call.
 - ``kernel``: a compiled loop over arrays, called from Python and cached on disk; ``lean_kernel``
-  for the one that runs many worlds.
+  where it allocates nothing.
 
 numba looks only at the kernel's own file to decide whether a cached binary is still valid, although
 the binary contains code of every formula that the kernel calls. Kernels are therefore stamped with
@@ -66,6 +66,7 @@ def lean_kernel(function: Function) -> Function:
 
     Every view of an array counts one up and down, atomically. Where views are many that costs as
     much as the formulas, and makes threads wait for each other. Such a kernel allocates nothing.
+    Formulas are compiled once for all lean kernels, and once more for the others.
     """
     return _compile(function, is_counting=False)
 

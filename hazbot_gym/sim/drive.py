@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hazbot_gym.core.geometry import path_length, path_pose
-from hazbot_gym.core.jit import kernel, routine, scalar
+from hazbot_gym.core.jit import lean_kernel, routine, scalar
 from hazbot_gym.core.kinematics import Pose, Twist, wheel_speeds
 from hazbot_gym.core.pid import PLANTS, motor_gain
 from hazbot_gym.core.state import LEFT, RIGHT, ROBOT, WHEEL, Floats, Record, Records, records
@@ -69,7 +69,7 @@ def update_pose_error(robot: Record, path: Records) -> None:
 # --- entry points --------------------------------------------------------------------------------
 
 
-@kernel
+@lean_kernel
 def drive(
     robots: Records,
     wheels: Records,
@@ -136,7 +136,7 @@ def place_robot(
         wheel.derivative = 0.0
 
 
-@kernel
+@lean_kernel
 def start_drive(
     robots: Records,
     wheels: Records,
@@ -149,7 +149,7 @@ def start_drive(
     place_robot(robots[0], wheels, path, speed_mps, parameters[0], gain_table)
 
 
-@kernel
+@lean_kernel
 def _steps_to_end(
     robots: Records,
     wheels: Records,

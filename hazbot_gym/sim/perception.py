@@ -14,7 +14,7 @@ import numpy as np
 from hazbot_gym.config import Config, Tracker
 from hazbot_gym.core.elementary import sin_cos
 from hazbot_gym.core.geometry import is_in_sight, may_be_near, norm
-from hazbot_gym.core.jit import kernel, routine, scalar
+from hazbot_gym.core.jit import lean_kernel, routine, scalar
 from hazbot_gym.core.noise import SONAR, TRACKER, noise_value, uniform4
 from hazbot_gym.core.patterns import Thresholds, classify
 from hazbot_gym.core.proxemics import SOCIAL_M
@@ -200,7 +200,7 @@ def track_people(
             )
 
 
-@kernel
+@lean_kernel
 def perceive(
     robots: Records,
     people: Records,

@@ -16,7 +16,7 @@ import pymunk
 
 from hazbot_gym.config import Config
 from hazbot_gym.core.fuzzy_pid import gain_table
-from hazbot_gym.core.jit import LANES, kernel
+from hazbot_gym.core.jit import LANES, lean_kernel
 from hazbot_gym.core.state import (
     PERSON_MASS_KG,
     PERSON_RADIUS_M,
@@ -71,7 +71,7 @@ class Contact(NamedTuple):
     person: int
 
 
-@kernel
+@lean_kernel
 def _people_step(
     people: Records,
     robots: Records,

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hazbot_gym.core.geometry import clip, norm, path_length, path_pose
-from hazbot_gym.core.jit import kernel, routine, scalar
+from hazbot_gym.core.jit import lean_kernel, routine, scalar
 from hazbot_gym.core.patterns import closest_approach
 from hazbot_gym.core.state import CONFRONTING, CROSSING, PATTERN_NAMES, Floats, Record, Records
 from hazbot_gym.core.ultrasonic import SENSOR_NAMES
@@ -235,7 +235,7 @@ def encode(
             i = _put_person(out, i, tracks[k], robot)
 
 
-@kernel
+@lean_kernel
 def observe(
     robots: Records, path: Records, ranges: Floats, tracks: Records, out: npt.NDArray[np.float32]
 ) -> None:

@@ -19,7 +19,7 @@ whole episode of it costs less than a contact at nominal speed: to end it by a c
 from __future__ import annotations
 
 from hazbot_gym.core.geometry import clip, norm
-from hazbot_gym.core.jit import kernel, scalar
+from hazbot_gym.core.jit import lean_kernel, scalar
 from hazbot_gym.core.proxemics import intrusion_depth
 from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, Floats, Record, Records
 from hazbot_gym.task.outcome import (
@@ -119,7 +119,7 @@ def safety_cost(terms: Floats, cause: int) -> float:
     return float(terms[INTRUSION]) + (1.0 if is_at_fault else 0.0)
 
 
-@kernel
+@lean_kernel
 def judge(
     robots: Records,
     people: Records,

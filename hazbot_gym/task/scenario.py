@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hazbot_gym.config import Config, Walker
-from hazbot_gym.core.jit import kernel, routine, scalar
+from hazbot_gym.core.jit import lean_kernel, routine, scalar
 from hazbot_gym.core.place_table import PlaceTable, place_at, stack_places
 from hazbot_gym.core.state import (
     PERSON,
@@ -133,7 +133,7 @@ def draw_scenario(people: Records, table: ScenarioTable, key: np.uint64) -> tupl
     return place, row
 
 
-@kernel
+@lean_kernel
 def _draw(people: Records, table: ScenarioTable, key: np.uint64) -> tuple[int, int]:
     return draw_scenario(people, table, key)
 
