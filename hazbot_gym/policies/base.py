@@ -58,6 +58,14 @@ REGISTER = {
         "hazbot_gym.policies.constant:Constant",
         "one speed, whatever happens; fraction=0..1 of nominal",
     ),
+    "stop_on_sight": Entry(
+        "hazbot_gym.policies.stop_on_sight:StopOnSight",
+        "stops if an ultrasonic sensor in front reads less than stop_m=, until resume_m=",
+    ),
+    "ssm": Entry(
+        "hazbot_gym.policies.ssm:Ssm",
+        "speed and separation monitoring; mode=strict|directional, margin_m=, nominal_mps=",
+    ),
     "fuzzy_expert": Entry(
         "hazbot_gym.policies.fuzzy_expert:FuzzyExpert",
         "the paper's fuzzy strategy; rules=, pattern=, t_norm=, release=",

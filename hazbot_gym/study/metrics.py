@@ -9,47 +9,15 @@ These are proxies of safety and comfort. Nobody was asked how a drive felt.
 
 from __future__ import annotations
 
-import hashlib
-from typing import Annotated, NamedTuple
-
 import numpy as np
-from annotated_types import Ge, Gt
 
 from hazbot_gym.core.proxemics import PERSONAL_M
+from hazbot_gym.core.ssm import SsmThresholds, protective_distance
 from hazbot_gym.core.state import Floats
 from hazbot_gym.study.episode import RADIUS, Episode, X, Y
 from hazbot_gym.task.outcome import MOVING_MPS
 
 Row = dict[str, float | int | str]
-
-
-class SsmThresholds(NamedTuple):
-    """Parameters of the protective separation distance; numbers of two profiles never mix."""
-
-    braking_mps2: Annotated[float, Gt(0)] = 1.0  # a, the drive's own slew limit
-    reaction_s: Annotated[float, Ge(0)] = 0.1  # T_r, one decision period
-    intrusion_m: Annotated[float, Ge(0)] = 0.45  # C, Hall's intimate zone
-    uncertainty_m: Annotated[float, Ge(0)] = 0.1  # Z, position of robot and person together
-    approach_mps: Annotated[float, Ge(0)] = 1.6  # v_h, walking speed of ISO 13855 if not measured
-
-    def profile(self) -> str:
-        """Return a short signature of these numbers, stored with every row measured by them."""
-        text = ",".join(f"{name}={value!r}" for name, value in self._asdict().items())
-        return hashlib.sha256(text.encode()).hexdigest()[:12]
-
-
-def protective_distance(v: Floats, ssm: SsmThresholds) -> Floats:
-    """Return the separation S_p [m] below which a robot at speed v should not be moving.
-
-    ``S_p = v_h (T_r + v/a) + v T_r + v^2 / (2 a) + C + Z``
-
-    Speed and separation monitoring of ISO/TS 15066 with constant braking a; formula after Marvel
-    and Norcross (2017), Implementing speed and separation monitoring in collaborative robot
-    workcells.
-    """
-    a, t_r, v_h = ssm.braking_mps2, ssm.reaction_s, ssm.approach_mps
-    stopping = v * t_r + v**2 / (2 * a)
-    return v_h * (t_r + v / a) + stopping + ssm.intrusion_m + ssm.uncertainty_m
 
 
 def measure(episode: Episode, ssm: SsmThresholds) -> Row:
