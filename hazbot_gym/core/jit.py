@@ -27,7 +27,9 @@ from hazbot_gym.core import notice
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-LANES = 16  # robots, or people, that are computed side by side; vector instructions take 4 or 8
+# Robots, or people, that are computed side by side. Vector instructions take 4 or 8 of them; loops
+# of 8 are unrolled before the compiler looks for vectors, loops of 16 are not.
+LANES = 16
 
 # Formulas are called by kernels alone, never through Python's or C's calling convention.
 _INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}

@@ -73,7 +73,7 @@ PERSON = np.dtype(
         ("radius", "f8"),  # [m]
         ("desired_speed", "f8"),  # [m/s]
         ("enters_s", "f8"),  # time of entry [s]
-        ("left_s", "f8"),  # when it left for good [s]
+        ("left_s", "f8"),  # when it was last there [s]
         ("s", "f8"),  # arc length walked along the route [m]
         ("offset", "f8"),  # lateral offset from the route, left positive [m]
         ("sidestep_s", "f8"),  # arc length at which a scripted walker has stepped aside [m]

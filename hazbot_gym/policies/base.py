@@ -46,6 +46,24 @@ class Policy(Protocol):
         ...
 
 
+class Rule:
+    """A policy without inner state: the share of the nominal speed follows from what is seen."""
+
+    def speed_share(self, observation: Observations) -> npt.ArrayLike:
+        """Return the share in [0, 1] for observations (..., n): shape (...)."""
+        raise NotImplementedError
+
+    def predict(
+        self,
+        observation: Observations,
+        state: Any = None,
+        episode_start: npt.NDArray[np.bool_] | None = None,
+        deterministic: bool = True,
+    ) -> tuple[Actions, Any]:
+        """Return the action, and the state as it was given; see ``Policy.predict``."""
+        return speed_action(self.speed_share(observation)), state
+
+
 class Entry(NamedTuple):
     """A policy of the register."""
 

@@ -12,7 +12,6 @@ from functools import cache, cached_property
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
@@ -20,7 +19,7 @@ from hazbot_gym.core.fuzzy import SpeedRules, kept_fraction
 from hazbot_gym.core.jit import lean_kernel, scalar
 from hazbot_gym.core.state import CROSSING, NO_PATTERN, PATTERN_NAMES, Floats, Ints
 from hazbot_gym.errors import InvalidInput, MissingExtra
-from hazbot_gym.policies.base import Actions, Observations, speed_action
+from hazbot_gym.policies.base import Observations, Rule
 from hazbot_gym.task.observation import layout_of
 
 # --- terms and rules -----------------------------------------------------------------------------
@@ -126,7 +125,7 @@ def _columns(width: int) -> Columns:
 
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid"))
-class FuzzyExpert:
+class FuzzyExpert(Rule):
     """The paper's strategy on tracked people.
 
     Attributes:
@@ -161,18 +160,12 @@ class FuzzyExpert:
             avoidance_m=AVOIDANCE_M,
         )
 
-    def predict(
-        self,
-        observation: Observations,
-        state: Any = None,
-        episode_start: npt.NDArray[np.bool_] | None = None,
-        deterministic: bool = True,
-    ) -> tuple[Actions, Any]:
-        """Return the action for the slowest answer to any person; see ``base.Policy.predict``."""
+    def speed_share(self, observation: Observations) -> Observations:
+        """Return the slowest answer to any person; see ``base.Rule``."""
         rows = np.atleast_2d(np.ascontiguousarray(observation, np.float32))
         kept = np.empty(len(rows), np.float32)
         _answer(rows, _columns(rows.shape[1]), self.controller, self.release, kept)
-        return speed_action(kept.reshape(np.shape(observation)[:-1])), state
+        return kept.reshape(np.shape(observation)[:-1])
 
 
 @scalar

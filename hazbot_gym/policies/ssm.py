@@ -8,10 +8,9 @@ a careful engineer would build. Needs to see people. Formula and source: ``core/
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
-import numpy.typing as npt
 from annotated_types import Ge, Gt
 from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
@@ -19,26 +18,20 @@ from pydantic.dataclasses import dataclass
 from hazbot_gym.core.ssm import SsmThresholds, permitted_speed
 from hazbot_gym.core.state import PERSON_RADIUS_M, ROBOT_RADIUS_M, Floats
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.policies.base import Actions, Observations, speed_action
+from hazbot_gym.policies.base import Observations, Rule
 from hazbot_gym.task.observation import PERSON_SLOTS, layout_of
 
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid"))
-class Ssm:
+class Ssm(Rule):
     """Drives at the largest speed whose protective separation distance is kept to everybody."""
 
     mode: Literal["strict", "directional"] = "strict"
     margin_m: Annotated[float, Ge(-0.55)] = 0.0  # added to the distance; the knob of the family
     nominal_mps: Annotated[float, Gt(0)] = 0.5  # speed of action +1
 
-    def predict(
-        self,
-        observation: Observations,
-        state: Any = None,
-        episode_start: npt.NDArray[np.bool_] | None = None,
-        deterministic: bool = True,
-    ) -> tuple[Actions, Any]:
-        """Return the action for the strictest person; see ``base.Policy.predict``.
+    def speed_share(self, observation: Observations) -> Floats:
+        """Return the share that the strictest person permits; see ``base.Rule``.
 
         Raises:
             InvalidInput: The observation has no person fields.
@@ -48,7 +41,7 @@ class Ssm:
             raise InvalidInput("policy ssm: given tier sonar, allowed are tracks, privileged")
         seen = layout.decode(observation)
         permitted = [self._beside(seen, i) for i in range(PERSON_SLOTS)]
-        return speed_action(np.clip(np.min(permitted, axis=0) / self.nominal_mps, 0.0, 1.0)), state
+        return np.clip(np.min(permitted, axis=0) / self.nominal_mps, 0.0, 1.0)
 
     def _beside(self, seen: dict[str, Floats], i: int) -> Floats:
         """Return the speed that person i permits, infinite if there is none."""

@@ -23,11 +23,8 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.lanes import (
     DRIVE_LANES,
     DriveParameters,
-    aim_lane,
-    drive_step,
+    drive_alone,
     drive_values,
-    follow_lane,
-    follow_lines,
     load_lane,
     loop_gains,
     store_lane,
@@ -100,10 +97,7 @@ def drive(
     p = drive_values(parameters[0])
     load_lane(lanes[0], 0, robots[0], wheels, np.uint64(key), first_step)
     for _ in range(substeps):
-        aim_lane(lanes[0], 0, path, p.nominal_speed_mps * p.dt_s)
-        follow_lines(lanes[0])
-        follow_lane(lanes[0], 0, path)
-        drive_step(lanes[0], p, gain_table)
+        drive_alone(lanes[0], 0, path, p, gain_table)
     store_lane(lanes[0], 0, robots[0], wheels)
     update_pose_error(robots[0], path)
 
@@ -164,10 +158,7 @@ def _steps_to_end(
     robot.command = p.nominal_speed_mps
     load_lane(lanes[0], 0, robot, wheels, np.uint64(0), 0)
     for step in range(1, horizon + 1):
-        aim_lane(lanes[0], 0, path, p.nominal_speed_mps * p.dt_s)
-        follow_lines(lanes[0])
-        follow_lane(lanes[0], 0, path)
-        drive_step(lanes[0], p, gain_table)
+        drive_alone(lanes[0], 0, path, p, gain_table)
         store_lane(lanes[0], 0, robot, wheels)
         update_pose_error(robot, path)
         if robot.s + robot.x_e >= goal_m:

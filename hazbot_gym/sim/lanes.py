@@ -278,3 +278,12 @@ def drive_step(lanes: Record, p: DriveParameters, gain_table: Floats) -> None:
             )
         _turn(lanes, w, p)
     _roll(lanes, p)
+
+
+@scalar
+def drive_alone(lanes: Record, i: int, path: Records, p: DriveParameters, table: Floats) -> None:
+    """Advance the robot in lane i, the only one that counts, by one physics step on its path."""
+    aim_lane(lanes, i, path, p.nominal_speed_mps * p.dt_s)
+    follow_lines(lanes)
+    follow_lane(lanes, i, path)
+    drive_step(lanes, p, table)

@@ -20,11 +20,7 @@ from hazbot_gym.core.social_force import (
     sidestep_force,
     view_weight,
 )
-from hazbot_gym.core.state import (
-    ROBOT_RADIUS_M,
-    Floats,
-    Record,
-)
+from hazbot_gym.core.state import ROBOT_RADIUS_M, Floats, Record
 
 LOOK_AHEAD_M = 1.0  # how far ahead on the lane people aim
 SIDESTEP_LENGTH_M = 1.5  # over which a scripted walker changes its lane

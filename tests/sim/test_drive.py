@@ -24,11 +24,8 @@ from hazbot_gym.sim.drive import (
 from hazbot_gym.sim.lanes import (
     DRIVE_LANES,
     DriveParameters,
-    aim_lane,
-    drive_step,
+    drive_alone,
     drive_values,
-    follow_lane,
-    follow_lines,
     load_lane,
     measurement_noise,
     store_lane,
@@ -205,10 +202,7 @@ def test_compiled_drive_is_that_of_plain_python(wheel_loop: str) -> None:
     lanes = records(DRIVE_LANES, 1).view(np.recarray)[0]
     load_lane(lanes, 3, robot, wheels, np.uint64(7), 0)
     for _ in range(100):
-        aim_lane(lanes, 3, path, 0.01)
-        follow_lines(lanes)
-        follow_lane(lanes, 3, path)
-        drive_step(lanes, drive_values(parameters), plain.table)
+        drive_alone(lanes, 3, path, drive_values(parameters), plain.table)
     store_lane(lanes, 3, robot, wheels)
     update_pose_error(robot, path)
     rig.drive(0.5, substeps=100)

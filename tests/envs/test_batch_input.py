@@ -1,0 +1,110 @@
+"""A mistake of the user's gets one line, and changes nothing."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+
+from hazbot_gym.envs.vector import CorridorVectorEnv
+from hazbot_gym.errors import InvalidInput
+
+GOOD = np.zeros((3, 1))
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        np.zeros(3),
+        np.zeros((2, 1)),
+        np.zeros((3, 2)),
+        np.array([[0.0], [np.nan], [0.0]]),
+        np.array([[0.0], [1.001], [0.0]]),
+        np.array([[0.0], [-np.inf], [0.0]]),
+        [["fast"], ["slow"], ["fast"]],
+        None,
+    ],
+    ids=str,
+)
+def test_bad_actions_are_refused_and_change_nothing(bad: Any) -> None:
+    refused(lambda envs: envs.step(bad), "actions: given")
+
+
+@pytest.mark.parametrize(
+    "bad", [[0, 1, 5], [-1, 0, 0], [0, 1], [0.0, 1.0, 2.0], [True, False, True]]
+)
+def test_bad_discrete_actions_are_refused_and_change_nothing(bad: Any) -> None:
+    refused(lambda envs: envs.step(np.array(bad)), "actions: given", action_type="discrete")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ({"seed": [1, 2]}, "seed: given 2 seeds for 3 worlds"),
+        ({"seed": [1, 2, -3]}, "seed: given -3, allowed"),
+        ({"seed": -1}, "seed: given -1, allowed"),
+        ({"seed": 1.5}, "seed: given"),
+        ({"seed": [1, 2, "x"]}, "seed: given 'x', allowed"),
+        ({"options": {"key": 3}}, "reset options: given key, allowed"),
+        ({"options": {"reset_mask": [True, True, True]}}, "reset_mask: given"),
+        ({"options": {"reset_mask": np.ones(2, np.bool_)}}, "reset_mask: given"),
+        ({"options": {"reset_mask": np.ones(3)}}, "reset_mask: given"),
+        ({"options": {"reset_mask": np.zeros(3, np.bool_)}}, "reset_mask: given no world"),
+    ],
+    ids=str,
+)
+def test_bad_resets_are_refused_and_change_nothing(arguments: Any, complaint: str) -> None:
+    refused(lambda envs: envs.reset(**arguments), complaint)
+
+
+def test_a_bad_mask_of_a_step_is_refused_and_changes_nothing() -> None:
+    refused(lambda envs: envs.step(GOOD, mask=np.ones(4, np.bool_)), "mask: given bool of shape")
+
+
+def refused(ask: Callable[[CorridorVectorEnv], Any], complaint: str, **arguments: Any) -> None:
+    envs = CorridorVectorEnv(3, **arguments)
+    envs.reset(seed=0)
+    before = pickle.dumps(envs)
+    with pytest.raises(InvalidInput, match=f"^{complaint}") as refusal:
+        ask(envs)
+    assert "\n" not in str(refusal.value)
+    assert pickle.dumps(envs) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ({"num_envs": 0}, "num_envs: given 0"),
+        ({"num_envs": 2.0}, "num_envs: given 2.0"),
+        ({"threads": 0}, "threads: given 0"),
+        ({"autoreset_mode": "Never"}, "autoreset_mode: given 'Never', allowed are"),
+        ({"render_mode": "rgb_array"}, "render_mode: given 'rgb_array'"),
+        ({"max_episode_steps": 0}, "max_episode_steps: given 0"),
+        ({"tier": "sight"}, "tier: given 'sight'"),
+        ({"colour": "red"}, "colour: unknown key"),
+    ],
+    ids=str,
+)
+def test_bad_arguments_are_refused_in_one_line(arguments: Any, complaint: str) -> None:
+    with pytest.raises(InvalidInput, match=f"^{complaint}") as refusal:
+        CorridorVectorEnv(**{"num_envs": 2, **arguments})
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_stepping_before_the_first_reset_is_refused(mode: AutoresetMode) -> None:
+    with pytest.raises(InvalidInput, match=r"^step: .*call reset first$"):
+        CorridorVectorEnv(3, autoreset_mode=mode).step(GOOD)
+
+
+def test_without_autoreset_a_world_that_is_over_must_be_reset() -> None:
+    envs = CorridorVectorEnv(3, max_episode_steps=1, autoreset_mode=AutoresetMode.DISABLED)
+    envs.reset(seed=0)
+    envs.step(GOOD)
+    envs.reset(options={"reset_mask": np.array([True, False, True])})
+    with pytest.raises(InvalidInput, match=r"^step: the episodes of 1 worlds .* first is 1\)"):
+        envs.step(GOOD)

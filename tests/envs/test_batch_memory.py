@@ -1,0 +1,53 @@
+"""What a world takes, and that it takes no more with time."""
+
+from __future__ import annotations
+
+import gc
+import tracemalloc
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hazbot_gym.envs.registration import ENVIRONMENTS
+from hazbot_gym.envs.vector import CorridorVectorEnv
+
+
+def bytes_per_world(few: int = 16, many: int = 80, **arguments: Any) -> float:
+    """Return what one more world takes, Python objects included."""
+    CorridorVectorEnv(few, **arguments).reset()  # compiles, which is no world's fault
+    sizes = []
+    for worlds in (few, many):
+        tracemalloc.start()
+        envs = CorridorVectorEnv(worlds, **arguments)
+        envs.reset(seed=0)
+        envs.step(np.zeros((worlds, 1)))
+        sizes.append(tracemalloc.get_traced_memory()[0])
+        tracemalloc.stop()
+    return (sizes[1] - sizes[0]) / (many - few)
+
+
+@pytest.mark.parametrize("name", ENVIRONMENTS)
+def test_a_world_takes_16_kilobytes_at_most(name: str) -> None:
+    assert bytes_per_world(preset=ENVIRONMENTS[name][1], threads=1) <= 16_000
+
+
+@pytest.mark.parametrize("model", ["replay", "seeded"])
+def test_a_world_among_real_people_does_not_take_more(model: str, tracks_dir: Path) -> None:
+    size = bytes_per_world(tracks=str(tracks_dir), people={"model": model}, threads=1)
+    assert size <= 16_000
+
+
+def test_decisions_leave_nothing_behind_in_memory() -> None:
+    envs = CorridorVectorEnv(64, threads=1, max_episode_steps=50)
+    envs.reset(seed=0)
+    tracemalloc.start()
+    sizes = []
+    for _ in range(3):
+        for _ in range(300):
+            envs.step(np.ones((64, 1)))
+        gc.collect()
+        sizes.append(tracemalloc.get_traced_memory()[0])
+    tracemalloc.stop()
+    assert sizes[2] - sizes[1] < 50_000  # 2.6 bytes for each decision of a world
