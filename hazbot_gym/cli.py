@@ -127,6 +127,37 @@ def tracks(
 
 
 @app.command()
+def calibrate(
+    tracks: Annotated[Path, typer.Option(help="Folder of real tracks.")],
+    fit: Annotated[
+        list[str] | None, typer.Option(help="Run to fit on; judged by the others. Repeatable.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the search.")] = 0,
+    as_shipped: Annotated[
+        bool, typer.Option("--as-shipped", help="Fit nothing, judge the defaults.")
+    ] = False,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,
+) -> None:
+    """Fit the social-force people to recorded ones, and compare them."""
+    from hazbot_gym.core.social_force import SocialForce
+    from hazbot_gym.study import calibration, calibration_report
+    from hazbot_gym.study.comparison import progress_bar
+
+    _check_parent(json_file)
+    runs = calibration.load_runs(tracks)
+    fitted, held_out = calibration.split(runs, tuple(fit or calibration.FITTED_ON))
+    force = SocialForce()
+    if not as_shipped:
+        total = calibration.GENERATIONS
+        with progress_bar(Console(stderr=True)) as progress:
+            task = progress.add_task("generations", total=total)
+            force = calibration.fit(fitted, seed=seed, on_progress=lambda: progress.advance(task))
+    record = calibration.report(fitted, held_out, force)
+    _console().print(calibration_report.tables(record))
+    _write_json(json_file, record)
+
+
+@app.command()
 def bench(
     quick: Annotated[bool, typer.Option("--quick", help="A rough number in seconds.")] = False,
     json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,
@@ -135,12 +166,21 @@ def bench(
     from hazbot_gym.study import bench as benchmark
     from hazbot_gym.study import bench_report
 
-    if json_file is not None and not json_file.absolute().parent.is_dir():
-        raise InvalidInput(f"json: given {str(json_file)!r}, whose folder does not exist")
+    _check_parent(json_file)
     result = benchmark.bench(benchmark.QUICK if quick else benchmark.FULL)
     _console().print(bench_report.table(result))
-    if json_file is not None:
-        json_file.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    _write_json(json_file, result)
+
+
+def _check_parent(file: Path | None) -> None:
+    """Complain before any work if a file could not be written in the end."""
+    if file is not None and not file.absolute().parent.is_dir():
+        raise InvalidInput(f"json: given {str(file)!r}, whose folder does not exist")
+
+
+def _write_json(file: Path | None, content: Any) -> None:
+    if file is not None:
+        file.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
 
 
 def _console() -> Console:

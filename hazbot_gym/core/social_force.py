@@ -3,7 +3,8 @@
     dv/dt = (v0 e - v)/tau + sum_b w(e, f_b) f_b + sum_walls f_w + w(e, f_r) f_r + f_sidestep
 
 All terms are accelerations: mass is left out as in Helbing and Molnar 1995, "Social force model for
-pedestrian dynamics", Phys. Rev. E 51, 4282, whose constants are used unless a line says otherwise.
+pedestrian dynamics", Phys. Rev. E 51, 4282 (HM95). Four constants are calibrated on people recorded
+in corridors (``study/calibration.py``, docs/people.md), the others theirs unless a line says so.
 The elliptical repulsion takes the relative step (Johansson, Helbing and Shukla 2007, "Specification
 of the social force pedestrian model by evolutionary adjustment to video tracking data", eq 5),
 which lets people see each other coming. Left out: groups, and panic.
@@ -28,18 +29,30 @@ class SocialForce(NamedTuple):
     # v0 for which the constants below hold (HM95); forces are in proportion to a person's own v0
     typical_speed_mps: Annotated[float, Gt(0)] = 1.34
     speed_limit_ratio: Annotated[float, Ge(1)] = 1.3  # v_max / v0 (HM95)
-    person_strength_mps2: Annotated[float, Ge(0)] = 7.0  # V0/sigma = 2.1/0.3 (HM95)
-    person_range_m: Annotated[float, Gt(0)] = 0.3  # sigma (HM95)
-    step_time_s: Annotated[float, Ge(0)] = 1.0  # how far ahead a step is seen; HM95: 2 s
-    wall_strength_mps2: Annotated[float, Ge(0)] = 10.0  # ours; HM95: 50, for wide halls
+    person_strength_mps2: Annotated[float, Ge(0)] = 4.91  # V0/sigma (calibrated; HM95: 7)
+    person_range_m: Annotated[float, Gt(0)] = 0.0685  # sigma (calibrated; HM95: 0.3 m)
+    step_time_s: Annotated[float, Ge(0)] = 2.3  # how far ahead a step is seen (calibrated)
+    wall_strength_mps2: Annotated[float, Ge(0)] = 5.0  # U0/R; HM95: 50, for wide halls
     wall_range_m: Annotated[float, Gt(0)] = 0.1  # R; HM95: 0.2 m
-    robot_strength_mps2: Annotated[float, Ge(0)] = 7.0  # as towards a person
-    robot_range_m: Annotated[float, Gt(0)] = 0.3  # as towards a person
+    robot_strength_mps2: Annotated[float, Ge(0)] = 7.0  # as HM95 towards a person: nobody recorded
+    robot_range_m: Annotated[float, Gt(0)] = 0.3  # met a robot
     anisotropy: Annotated[float, Ge(0), Le(1)] = 0.5  # c, weight of what is out of view (HM95)
     view_angle_rad: Annotated[float, Gt(0)] = math.radians(100.0)  # phi, to each side (HM95)
-    sidestep_mps2: Annotated[float, Ge(0)] = 2.0  # strength of stepping aside when met head-on
+    sidestep_mps2: Annotated[float, Ge(0)] = 0.812  # stepping aside when met head-on (calibrated)
     sidestep_range_m: Annotated[float, Gt(0)] = 3.0  # from where on (surface to surface)
     jitter_mps2: Annotated[float, Ge(0)] = 0.2  # fluctuation term of HM95, uniform: sd per step
+
+
+HELBING_MOLNAR_1995 = SocialForce(  # as published, for people who meet outdoors
+    person_strength_mps2=7.0,
+    person_range_m=0.3,
+    step_time_s=2.0,
+    wall_strength_mps2=50.0,
+    wall_range_m=0.2,
+    robot_strength_mps2=7.0,
+    robot_range_m=0.3,
+    sidestep_mps2=0.0,
+)
 
 
 class Reaction(NamedTuple):

@@ -33,7 +33,7 @@ from hazbot_gym.sim.spacing import ROBOT_MARGIN_M, keep_off_robot
 from hazbot_gym.sim.walkers import Bench, force_values, put_down, take_up, walk
 from hazbot_gym.sim.walking import lane_point
 
-ENTRY_ROOM_M = 0.7  # nobody enters where somebody stands within this distance
+ENTRY_ROOM_M = 0.45  # nobody enters where somebody stands within this distance: bodies nearly touch
 ROBOT_ENTRY_ROOM_M = 2.0  # nor this near to the robot
 CATCH_UP_MPS = 2.5  # how fast a replayed person who went round the robot returns to its track
 

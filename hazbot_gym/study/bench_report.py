@@ -7,12 +7,11 @@ from string import Template
 from typing import Any
 
 from rich.console import Group
-from rich.table import Table
 
 from hazbot_gym.study.bench_cases import CARTPOLE, CORRIDOR
+from hazbot_gym.study.plain_tables import Rows, console_table, markdown_table, shown
 
 Record = dict[str, Any]
-Rows = list[tuple[str, ...]]
 
 RATES = ("steps a second, median (quartiles)", "", "times CartPole-v1")
 PARTS = ("part of a step in one of 1024 worlds, one thread", "microseconds")
@@ -20,20 +19,14 @@ GOALS = ("goal", "", "measured")
 ONCE = ("measured once", "")
 
 
-def shown(value: float) -> str:
-    """Return a number with three digits that count."""
-    rounded = float(f"{value:.3g}")
-    return f"{rounded:,.0f}" if abs(rounded) >= 100 else f"{rounded:g}"
-
-
 def table(record: Record) -> Group:
     """Return a record as tables for the terminal."""
     machine = record["machine"]
     return Group(
-        _table(RATES, rate_rows(record)),
-        _table(PARTS, part_rows(record)),
-        _table(GOALS, goal_rows(record)),
-        _table(ONCE, once_rows(record)),
+        console_table(RATES, rate_rows(record)),
+        console_table(PARTS, part_rows(record)),
+        console_table(GOALS, goal_rows(record)),
+        console_table(ONCE, once_rows(record)),
         f"{CORRIDOR} and the batched engine with {record[CORRIDOR]['with'].partition(' ')[2]}",
         f"{record['what']}; {record['turns']} turns",
         f"{machine['processor']}, {machine['cores']} cores, Python {machine['python']}, "
@@ -50,10 +43,10 @@ def page(template: str, record: Record, *, name: str) -> str:
     ``$numba`` tell the machine.
     """
     tables = {
-        "rates": _markdown(RATES, rate_rows(record)),
-        "goals": _markdown(GOALS, goal_rows(record)),
-        "parts": _markdown(PARTS, part_rows(record)),
-        "once": _markdown(ONCE, once_rows(record)),
+        "rates": markdown_table(RATES, rate_rows(record)),
+        "goals": markdown_table(GOALS, goal_rows(record)),
+        "parts": markdown_table(PARTS, part_rows(record)),
+        "once": markdown_table(ONCE, once_rows(record)),
     }
     plain = {"record": name, "what": record["what"], "turns": record["turns"]}
     return Template(template).substitute(tables, **plain, **record["machine"])
@@ -103,17 +96,3 @@ def _once(record: Record) -> Iterator[tuple[str, str]]:
     low, high = (shown(value) for value in run["seconds_quartiles"])
     taken = f"{shown(run['seconds'])} s ({low} to {high})"
     yield f"{run['episodes']} episodes of fuzzy_expert, records written", taken
-
-
-def _table(titles: tuple[str, ...], rows: Rows) -> Table:
-    shown_table = Table(box=None, pad_edge=False)
-    for place, title in enumerate(titles):
-        shown_table.add_column(title, justify="right" if place else "left")
-    for row in rows:
-        shown_table.add_row(*row)
-    return shown_table
-
-
-def _markdown(titles: tuple[str, ...], rows: Rows) -> str:
-    rule = ["---", *["---:" for _ in titles[1:]]]
-    return "\n".join(f"| {' | '.join(cells)} |" for cells in (titles, rule, *rows))

@@ -141,7 +141,7 @@ def _run(shards: list[Shard], *, workers: int, console: Console) -> None:
         return
     # Processes start slowly; a single block has the engine's threads instead.
     run = _run_in_processes if len(shards) > 1 and workers > 1 else _run_here
-    with _progress(console) as progress:
+    with progress_bar(console) as progress:
         task = progress.add_task("episodes", total=sum(shard.block.episodes for shard in shards))
         for shard, rows in run(shards, workers):
             records.write_rows(shard.path, rows, shard.stamp)
@@ -173,7 +173,7 @@ def _run_in_processes(shards: list[Shard], workers: int) -> Iterator[tuple[Shard
         pool.shutdown(cancel_futures=True)
 
 
-def _progress(console: Console) -> Progress:
+def progress_bar(console: Console) -> Progress:
     """Return a progress bar, silent where nobody watches."""
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     return Progress(

@@ -126,7 +126,7 @@ def _place(recording: Recording, *, is_reversed: bool) -> Place:
 
 def _entries(recording: Recording) -> Entries:
     """Return how people come in, without those who leave where they came: theirs is no way."""
-    came = entries(_inside_corridor(recording))
+    came = entries(inside_corridor(recording))
     is_way = np.hypot(*(came.exit_points - came.entry_points).T) >= SHORTEST_WAY_M
     return Entries(*(column[is_way] for column in came))
 
@@ -146,7 +146,7 @@ def _with_entry_routes(place: Place, recording: Recording) -> Place:
     )
 
 
-def _inside_corridor(recording: Recording) -> Recording:
+def inside_corridor(recording: Recording) -> Recording:
     """Return the recording cut to the corridor, where straight routes meet no wall."""
     if recording.corridor is None:
         return recording

@@ -18,6 +18,8 @@ whole episode of it costs less than a contact at nominal speed: to end it by a c
 
 from __future__ import annotations
 
+import math
+
 from hazbot_gym.core.geometry import clip, norm
 from hazbot_gym.core.jit import lean_kernel, scalar
 from hazbot_gym.core.proxemics import intrusion_depth
@@ -41,19 +43,25 @@ PERSON_CAUSED_SHARE = 0.2  # what the robot is charged for a contact that a pers
 
 
 @scalar
+def nearest_clearance(robot: Record, people: Records) -> float:
+    """Return the clearance to the nearest person, infinite where nobody is [m]."""
+    nearest = math.inf
+    for i in range(people.shape[0]):
+        if people[i].status == PRESENT:
+            distance = norm(people[i].x - robot.x, people[i].y - robot.y)
+            nearest = min(nearest, distance - people[i].radius - ROBOT_RADIUS_M)
+    return nearest
+
+
+@scalar
 def intrusion(robot: Record, people: Records, nominal_speed_mps: float) -> float:
     """Return the deepest intrusion, scaled by the robot's own motion, in [0, 1].
 
     Waiting beside a passing person is free; driving beside one is not (EVALUATION metric 14:
     comfort falls with the robot's speed, Neggers et al. 2022).
     """
-    deepest = 0.0
-    for i in range(people.shape[0]):
-        if people[i].status == PRESENT:
-            distance = norm(people[i].x - robot.x, people[i].y - robot.y)
-            clearance = distance - people[i].radius - ROBOT_RADIUS_M
-            deepest = max(deepest, intrusion_depth(clearance))
-    return deepest * clip(abs(robot.v) / nominal_speed_mps, 0.0, 1.0)
+    depth = intrusion_depth(nearest_clearance(robot, people))
+    return depth * clip(abs(robot.v) / nominal_speed_mps, 0.0, 1.0)
 
 
 @scalar

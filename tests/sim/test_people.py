@@ -106,7 +106,7 @@ def test_reacting_people_wait_until_nobody_stands_where_they_enter() -> None:
     places = walk(people, 40)
     entered = int(np.argmax(places[:, 0, 0] > 0.0))
     assert entered > 5
-    assert np.abs(places[entered, 0] - places[entered, 1]).max() > 0.6
+    assert np.abs(places[entered, 0] - places[entered, 1]).max() > 0.45
 
 
 def test_reacting_people_do_not_enter_into_the_robot_but_scripted_ones_do() -> None:

@@ -1,0 +1,38 @@
+"""Write the pages that records make: ``python docs/make_pages.py``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from hazbot_gym.study import bench_report, calibration_report
+
+DOCS = Path(__file__).parent
+ROOT = DOCS.parent
+
+
+class Page(NamedTuple):
+    """A page, what makes it of its template, and of which record."""
+
+    name: str
+    fill: Callable[..., str]
+    record: Path
+
+    def text(self) -> str:
+        """Return what the template and the record make."""
+        template = (DOCS / f"{self.name}.template.md").read_text(encoding="utf-8")
+        content = json.loads(self.record.read_text(encoding="utf-8"))
+        return self.fill(template, content, name=self.record.relative_to(ROOT).as_posix())
+
+
+RECORDS = ROOT / "benchmarks"
+PAGES = (
+    Page("performance", bench_report.page, RECORDS / "bench.json"),
+    Page("people", calibration_report.page, RECORDS / "calibration.json"),
+)
+
+if __name__ == "__main__":
+    for page in PAGES:
+        (DOCS / f"{page.name}.md").write_text(page.text(), encoding="utf-8")

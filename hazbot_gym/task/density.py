@@ -1,0 +1,70 @@
+"""How fast people walk at which density: the fundamental diagram of a corridor.
+
+As in the measurement of Zhang et al. 2011: everybody inside an area across the whole width of the
+corridor is counted every half second, and their mean speed belongs to their number per m^2.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+
+from hazbot_gym.core.state import Floats
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.task.tracks import Recording, window
+
+AREA_LENGTH_M = 2.0  # along the corridor, at its middle
+EVERY_S = 0.5
+HALF_SPAN_S = 0.5  # a speed is the way made from half a second before to half a second after
+BIN_EDGES = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5)  # [1/m^2]
+FEWEST_SAMPLES = 5  # of a bin about which something is said
+
+
+class Bin(NamedTuple):
+    """The moments whose density lies between two edges."""
+
+    low: float  # [1/m^2]
+    high: float
+    samples: int
+    density: float  # mean [1/m^2]
+    speed_mps: float  # mean over moments of the mean speed of those inside
+    speed_sd_mps: float
+
+
+def densities_and_speeds(recording: Recording) -> Floats:
+    """Return density [1/m^2] and mean speed [m/s] at every moment with somebody inside, (n, 2).
+
+    Raises:
+        InvalidInput: the recording is not of a corridor.
+    """
+    if recording.corridor is None:
+        raise InvalidInput(f"tracks: {recording.name} is not of a corridor, so it has no density")
+    along = 0 if recording.corridor.axis == "x" else 1
+    spans = (recording.corridor.x_m, recording.corridor.y_m)
+    (begin, end), (left, right) = spans[along], spans[1 - along]
+    middle, area = (begin + end) / 2.0, AREA_LENGTH_M * (right - left)
+    positions = window(recording, 0.0, recording.duration_s, HALF_SPAN_S)
+    before, now, after = positions[:-2], positions[1:-1], positions[2:]
+    speeds = np.hypot(*np.moveaxis(after - before, -1, 0)) / (2.0 * HALF_SPAN_S)
+    is_inside = np.abs(now[..., along] - middle) <= AREA_LENGTH_M / 2.0  # false for NaN
+    is_inside &= np.isfinite(speeds)
+    rows = [
+        (inside.sum() / area, speed[inside].mean())
+        for inside, speed in zip(is_inside, speeds, strict=True)
+        if inside.any()
+    ]
+    return np.array(rows).reshape(-1, 2)
+
+
+def fundamental_diagram(recording: Recording) -> list[Bin]:
+    """Return the mean speed at each density up to 1.5 per m^2, where enough was seen."""
+    density, speed = densities_and_speeds(recording).T
+    bins = []
+    for low, high in itertools.pairwise(BIN_EDGES):
+        there = (density >= low) & (density < high)
+        if there.sum() >= FEWEST_SAMPLES:
+            mean, sd = float(speed[there].mean()), float(speed[there].std())
+            bins.append(Bin(low, high, int(there.sum()), float(density[there].mean()), mean, sd))
+    return bins
