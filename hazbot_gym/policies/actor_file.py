@@ -12,6 +12,7 @@ import json
 import zipfile
 import zlib
 from collections.abc import Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
@@ -154,7 +155,7 @@ def _actor(arrays: Mapping[str, npt.NDArray[Any]], about: Mapping[str, Any]) -> 
     )
     sizes = [LAYOUTS[about["tier"]].width, *(layer.bias.size for layer in layers)]
     shapes = [layer.weight.shape for layer in layers]
-    fits = count > 0 and shapes == list(zip(sizes, sizes[1:], strict=False))
+    fits = count > 0 and shapes == list(pairwise(sizes))
     has_head = about["action"] in HEADS and (sizes[-1] == 1) == (about["action"] != "levels")
     is_finite = all(np.isfinite(array).all() for array in arrays.values())
     if not (fits and has_head and is_finite and about["activation"] in ACTIVATIONS):
@@ -186,8 +187,8 @@ A speed policy for the environments of hazbot_gym, trained with {about["algorith
 - **Network**: {sizes}, {about["activation"]}.
 - **Use**: `hazbot eval --policy learned:path={name}.npz`, or
   `hazbot_gym.policies.make("learned:path={name}.npz")`. The file holds arrays and JSON, no pickle.
-- **Limits**: trained and judged in simulation only. Clearances stand in for comfort, which nobody was
-  asked about; do not let it drive a robot among people.
+- **Limits**: trained and judged in simulation only. Clearances stand in for comfort, which nobody
+  was asked about; do not let it drive a robot among people.
 
 ## Results on validation scenarios
 
