@@ -100,8 +100,8 @@ def read(path: Path) -> Trained:
             on other observations than the library's; one line.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
         about = json.loads(arrays.pop("about").tobytes())
         check(about, path)
         return Trained(_actor(arrays, about), about)
