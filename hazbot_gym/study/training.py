@@ -95,13 +95,16 @@ def train(
         stretches.resume(model)
     model.set_logger(configure(str(out / TENSORBOARD), ["tensorboard"]))
     left = config.steps - model.num_timesteps
-    if left > 0:
-        bar = ProgressBar(console, config.steps)
-        callbacks = [EpisodeLog(), stretches, bar]
-        is_new = model.num_timesteps == 0
-        model.learn(left, callbacks, log_interval=None, reset_num_timesteps=is_new)  # type: ignore[arg-type]
-    model.logger.close()
-    envs.close()
+    bar = ProgressBar(console, config.steps)
+    callbacks: list[BaseCallback] = [EpisodeLog(), stretches, bar]
+    try:
+        if left > 0:
+            is_new = model.num_timesteps == 0
+            model.learn(left, callbacks, log_interval=None, reset_num_timesteps=is_new)
+    finally:
+        bar.stop()
+        model.logger.close()
+        envs.close()
     return Result(model, stretches.best(), stretches.policy_path)
 
 

@@ -80,7 +80,8 @@ class ProgressBar(BaseCallback):
     def _on_rollout_end(self) -> None:
         self._show()
 
-    def _on_training_end(self) -> None:
+    def stop(self) -> None:
+        """Leave the bar as it stands."""
         self._bar.stop()
 
     def _show(self) -> None:
