@@ -14,9 +14,10 @@ from typing import Annotated, Any, Literal
 from annotated_types import Ge, Gt, Le, MinLen
 from pydantic import Field, ValidationError, field_validator
 
-from hazbot_gym.config import Section, first_error, read_yaml
+from hazbot_gym.config import Config, Section, first_error, make_config, read_yaml
 from hazbot_gym.envs.registration import NAMESPACE
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.study import rollout
 from hazbot_gym.study.config import Engine, ScenarioSet
 
 Algorithm = Literal["ppo", "sac", "td3", "dqn", "recurrent_ppo"]
@@ -52,15 +53,23 @@ class TrainConfig(Section):
     def _one_or_several(cls, env: Any) -> Any:
         return (env,) if isinstance(env, str) else env
 
-    @property
-    def scenario_sets(self) -> tuple[ScenarioSet, ...]:
-        """The environments with what differs in them."""
-        return tuple(ScenarioSet(name=env, env=env, overrides=self.overrides) for env in self.env)
+    def environments(self) -> tuple[Config, ...]:
+        """Return the config of each environment, with the horizon that it is registered with.
+
+        Raises:
+            InvalidInput: There is no such environment, or a value is not allowed in it.
+        """
+        return tuple(_environment(env, self.overrides) for env in self.env)
 
     def identity(self) -> str:
         """Return a hash that two runs share if and only if their values are equal."""
         text = json.dumps(self.model_dump(mode="json"), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _environment(env: str, overrides: dict[str, Any]) -> Config:
+    config, limit = rollout.resolve(ScenarioSet(name=env, env=env, overrides=overrides))
+    return make_config(config, max_episode_steps=min(limit, config.max_episode_steps))
 
 
 def load_training(path: Path | None = None, **changes: Any) -> TrainConfig:

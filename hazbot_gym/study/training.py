@@ -146,8 +146,8 @@ def manifest(config: TrainConfig) -> dict[str, Any]:
         "run": config.identity(),
         "config": config.model_dump(mode="json"),
         "environments": {
-            each.env: rollout.resolve(each)[0].model_dump(mode="json")
-            for each in config.scenario_sets
+            env: each.model_dump(mode="json")
+            for env, each in zip(config.env, config.environments(), strict=True)
         },
         "seed": config.seed,
         "versions": provenance.versions(),
@@ -165,7 +165,7 @@ class Stretches(BaseCallback):
         self.config, self.out, self.console = config, out, console
         suffix = ".zip" if config.algorithm == "recurrent_ppo" else ".npz"
         self.policy_path = (out / POLICY).with_suffix(suffix)
-        self.tier = rollout.resolve(config.scenario_sets[0])[0].tier
+        self.tier = config.environments()[0].tier
         self.begun, self.is_running = 0, False
         self.seconds = 0.0  # of training, validations left out
         self.validations: list[dict[str, Any]] = []

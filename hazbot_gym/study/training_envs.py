@@ -6,7 +6,8 @@ return, reward terms, cost and time ratio, under ``episode`` in its info, as Mon
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,11 @@ import numpy.typing as npt
 import torch
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv
 
+from hazbot_gym.config import Config
 from hazbot_gym.core.state import Floats
+from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.sb3 import CorridorVecEnv
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.study import rollout
-from hazbot_gym.study.config import ScenarioSet
 from hazbot_gym.study.train_config import TrainConfig, shares
 from hazbot_gym.task.reward import TERMS
 
@@ -29,7 +30,7 @@ PROGRESS = TERMS.index("progress")
 class TrainingEnvs(VecEnv):
     """Several ``VecEnv`` as one; their rewards are scaled, the sums in their infos are not."""
 
-    def __init__(self, parts: Sequence[VecEnv], configs: Sequence[Any], scale: float) -> None:
+    def __init__(self, parts: Sequence[VecEnv], configs: Sequence[Config], scale: float) -> None:
         """Put environments side by side.
 
         Args:
@@ -131,20 +132,17 @@ def make_envs(config: TrainConfig) -> TrainingEnvs:
             f"worlds: given {config.worlds}, allowed is {len(config.env)} or more, one for each env"
         )
     make = _batched if config.engine == "batched" else _pymunk
-    sizes = shares(config.worlds, len(config.env))
-    sets = config.scenario_sets
-    parts = [make(each, size, config.threads) for each, size in zip(sets, sizes, strict=True)]
-    return TrainingEnvs(parts, [rollout.resolve(each)[0] for each in sets], config.reward_scale)
+    sizes, configs = shares(config.worlds, len(config.env)), config.environments()
+    parts = [make(*each, config.threads) for each in zip(configs, sizes, strict=True)]
+    return TrainingEnvs(parts, configs, config.reward_scale)
 
 
-def _batched(scenarios: ScenarioSet, worlds: int, threads: int) -> VecEnv:
-    config, limit = rollout.resolve(scenarios)
-    return CorridorVecEnv(worlds, config=config, max_episode_steps=limit, threads=threads)
+def _batched(config: Config, worlds: int, threads: int) -> VecEnv:
+    return CorridorVecEnv(worlds, config=config, threads=threads)
 
 
-def _pymunk(scenarios: ScenarioSet, worlds: int, threads: int) -> VecEnv:
-    make: Callable[[], Any] = lambda: rollout.make_env(scenarios)  # noqa: E731
-    return DummyVecEnv([make] * worlds)
+def _pymunk(config: Config, worlds: int, threads: int) -> VecEnv:
+    return DummyVecEnv([partial(CorridorEnv, config)] * worlds)
 
 
 def _decision_of(part: VecEnv, infos: list[dict[str, Any]]) -> tuple[Floats, Floats]:

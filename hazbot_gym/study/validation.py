@@ -22,15 +22,11 @@ def validate(policy: Any, config: TrainConfig) -> dict[str, float | None]:
         policy: With ``predict``, deterministic.
         config: Of the run.
     """
-    sets = config.scenario_sets
     rows = []
-    for each, episodes in zip(sets, shares(config.validation.episodes, len(sets)), strict=True):
-        seeds = [
-            rollout.episode_seed(ROOT, f"validation of {each.env}", i) for i in range(episodes)
-        ]
-        env_config, limit = rollout.resolve(each)
-        runs = batch_rollout.run_episodes(
-            env_config, policy, seeds, limit=limit, threads=config.threads
-        )
+    episodes = shares(config.validation.episodes, len(config.env))
+    for env, each, count in zip(config.env, config.environments(), episodes, strict=True):
+        seeds = [rollout.episode_seed(ROOT, f"validation of {env}", i) for i in range(count)]
+        limit, threads = each.max_episode_steps, config.threads
+        runs = batch_rollout.run_episodes(each, policy, seeds, limit=limit, threads=threads)
         rows += [measure(episode, SsmThresholds()) for episode, _ in runs] if seeds else []
     return means(rows)
