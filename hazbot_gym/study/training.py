@@ -23,7 +23,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import torch
 from rich.console import Console
 
 from hazbot_gym.errors import InvalidInput, MissingExtra
@@ -31,6 +30,7 @@ from hazbot_gym.errors import InvalidInput, MissingExtra
 try:
     import sb3_contrib
     import stable_baselines3
+    import torch
     from stable_baselines3.common.base_class import BaseAlgorithm
     from stable_baselines3.common.callbacks import BaseCallback
     from stable_baselines3.common.logger import configure
