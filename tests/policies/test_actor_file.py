@@ -126,9 +126,10 @@ def test_damaged_files_are_one_line_wherever_the_damage_is(
 def test_weights_that_do_not_fit_or_are_no_numbers_are_refused(tmp_path: Path) -> None:
     actor = some_actor()
     first, *others = actor.layers
+    odd = Layer(np.ones((7, 1), np.float32), np.ones(1, np.float32))
     broken = first.weight.copy()
     broken[0, 0] = np.nan
-    for layers in ([Layer(broken, first.bias), *others], others):
+    for layers in ([Layer(broken, first.bias), *others], [first, odd]):
         bad = describe(actor._replace(layers=tuple(layers)), algorithm="PPO", tier="tracks")
         with pytest.raises(InvalidInput, match="is damaged"):
             read(written(bad, tmp_path))
