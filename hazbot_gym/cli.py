@@ -77,6 +77,36 @@ def study(
     console.print(f"Episodes, summary and manifest: {folder}", soft_wrap=True)
 
 
+@app.command()
+def train(
+    config: Annotated[Path | None, typer.Option(help="YAML file of deltas.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for results. [results/train/NAME of the config]")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Of weights, worlds and exploration.")] = None,
+    steps: Annotated[int | None, typer.Option(help="Decisions in all.")] = None,
+    engine: Annotated[
+        str | None, typer.Option(help="batched, or pymunk for the reference. [batched]")
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on from the last checkpoint in the folder.")
+    ] = False,
+) -> None:
+    """Train a policy and export the best one. Resumable."""
+    from hazbot_gym.study.train_config import load_training
+
+    plan = load_training(config, seed=seed, steps=steps, engine=engine)
+    folder = out or Path("results", "train", config.stem if config else plan.algorithm)
+
+    from hazbot_gym.study import training
+
+    result = training.train(plan, folder, resume=resume, console=Console(stderr=True))
+    console = _console()
+    for name, value in result.best.items():
+        console.print(f"{name:24} {'-' if value is None else f'{value:10.4g}'}")
+    console.print(f"The best policy on validation: {result.policy}", soft_wrap=True)
+
+
 @app.command(name="eval")
 def evaluate(
     policy: Annotated[str, typer.Option(help="name, name:option=value,... or module:attribute.")],
@@ -89,11 +119,16 @@ def evaluate(
     ] = None,
     engine: Annotated[str, typer.Option(help="batched, or pymunk for the reference.")] = "batched",
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")] = False,
+    allow_pickle: Annotated[
+        bool, typer.Option("--allow-pickle", help="Let a learned: .zip run the code that is in it.")
+    ] = False,
 ) -> None:
     """Evaluate one policy in one environment."""
     from hazbot_gym.study import rollout, summary, tables
     from hazbot_gym.study.config import parse_overrides
 
+    if allow_pickle and policy.startswith("learned:"):
+        policy += ",allow_pickle=true"
     overrides = parse_overrides(change or []) | ({"scenario": scenario} if scenario else {})
     rows = rollout.evaluate(
         policy, env, episodes=episodes, seed=seed, overrides=overrides, engine=engine

@@ -63,6 +63,15 @@ def hazbot(*arguments: str) -> Result:
         ("eval --policy constant --set place=nowhere", "nowhere"),
         ("eval --policy fuzzy_expert --set tier=sonar", "tracks"),
         ("eval --policy constant --env hazbot_gym/Replay-v0 --set tracks=/no/such", "/no/such"),
+        ("eval --policy ppo", "ppo"),
+        ("eval --policy learned:nowhere.npz", "nowhere.npz"),
+        ("eval --policy learned:nowhere.zip", "--allow-pickle"),
+        ("eval --policy learned:nowhere.zip --allow-pickle", "Stable-Baselines3"),
+        ("train --config missing.yaml", "missing.yaml"),
+        ("train --seed -1", "seed"),
+        ("train --steps 0", "steps"),
+        ("train --engine steam", "engine"),
+        ("train --spets 3", "--spets"),
         ("tracks /no/such/folder", "/no/such/folder"),
         ("bench --json no/such/folder/bench.json", "bench.json"),
         ("frobnicate", "frobnicate"),
@@ -150,6 +159,44 @@ def test_study_writes_its_files_and_shows_a_table(empty_folder: Path) -> None:
     assert "E*: 1 episode " in result.stdout
     written = {path.name for path in (empty_folder / "results" / "study").iterdir()}
     assert written == {"manifest.json", "shards", "episodes.parquet", "summary.json"}
+
+
+def test_train_writes_its_run_and_goes_on_with_it_only_if_asked(empty_folder: Path) -> None:
+    (empty_folder / "tiny.yaml").write_text(
+        "worlds: 4\noptions: {n_steps: 16, batch_size: 32}\nvalidation: {episodes: 1}\n"
+    )
+    command = ["train", "--config", "tiny.yaml", "--steps", "64"]
+    result = hazbot(*command)
+    assert result.exit_code == 0, result.output
+    folder = Path("results", "train", "tiny")
+    assert f"The best policy on validation: {folder / 'policy.npz'}" in result.stdout
+    again, resumed, other = (
+        hazbot(*command, *more) for more in ([], ["--resume"], ["--resume", "--seed", "1"])
+    )
+    assert (again.exit_code, resumed.exit_code, other.exit_code) == (2, 0, 2)
+    assert again.stderr.startswith("hazbot: out: 'results/train/tiny' holds a run already")
+    assert "holds another run" in other.stderr
+    assert len(again.stderr.splitlines()) == len(other.stderr.splitlines()) == 1
+    assert "the run goes on from step 64" in resumed.stderr
+    policy = f"learned:{folder / 'policy.npz'}"
+    evaluated = hazbot("eval", "--policy", policy, "--episodes", "1", "--json")
+    assert evaluated.exit_code == 0, evaluated.output
+
+
+@pytest.mark.parametrize("missing", ["torch", "stable_baselines3", "sb3_contrib", "tensorboard"])
+def test_training_without_the_extra_names_it(missing: str, empty_folder: Path) -> None:
+    command = (
+        f"import sys; sys.modules['{missing}'] = None\n"
+        "sys.argv = ['hazbot', 'train']\n"
+        "import hazbot_gym.cli; hazbot_gym.cli.main()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", command], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2, done.stderr
+    (line,) = done.stderr.splitlines()
+    assert line.endswith("is not installed: pip install 'hazbot-gym[train]'")
+    assert list(empty_folder.iterdir()) == []
 
 
 @pytest.mark.slow

@@ -1,13 +1,16 @@
-"""Every file in ``configs/`` loads: studies as studies, all others as an environment's deltas."""
+"""Every file in ``configs/`` loads: studies, training runs, and deltas of an environment."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from hazbot_gym.config import make_config
+from hazbot_gym.config import make_config, read_yaml
 from hazbot_gym.study.config import load_study
+from hazbot_gym.study.train_config import load_training
 
 ROOT = Path(__file__).parents[1]
 FILES = sorted((ROOT / "configs").glob("*.yaml"))
@@ -15,7 +18,10 @@ FILES = sorted((ROOT / "configs").glob("*.yaml"))
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
 def test_every_config_file_loads(path: Path) -> None:
-    load = load_study if path.stem.startswith("study") else make_config
+    if "algorithm" in read_yaml(path):
+        load: Callable[..., Any] = load_training
+    else:
+        load = load_study if path.stem.startswith("study") else make_config
     assert load(path) != load()
 
 

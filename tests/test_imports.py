@@ -28,14 +28,16 @@ BELOW = {
     "errors": (),
 }
 
+TRAINING = ("study.training", "study.training_envs", "study.training_log", "study.checkpoints")
+
 # The only modules that may import a heavy library; a room's name stands for all its modules.
 HOMES = {
     "pymunk": ("sim.world",),
     "pygame": ("envs.rendering",),
     "skfuzzy": ("policies.fuzzy_expert",),
-    "torch": ("study.training", "policies.learned"),
-    "stable_baselines3": ("envs.sb3", "study.training", "policies.learned"),
-    "sb3_contrib": ("study.training", "policies.learned"),
+    "torch": TRAINING,
+    "stable_baselines3": ("envs.sb3", *TRAINING, "policies.from_sb3"),
+    "sb3_contrib": ("study.training", "policies.from_sb3"),
     "pandas": ("study",),
     "pyarrow": ("study",),
     "matplotlib": ("study",),

@@ -31,6 +31,29 @@ def test_policies_are_compared(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_ppo_starts_to_learn_and_is_saved(tmp_path: Path) -> None:
-    run("train/ppo_quickstart.py", "--steps", "64", "--out", "ppo.zip", folder=tmp_path)
-    assert (tmp_path / "ppo.zip").exists()
+def test_ppo_is_trained_and_compared(tmp_path: Path) -> None:
+    config = tmp_path / "tiny.yaml"
+    config.write_text(
+        "options: {n_steps: 16, batch_size: 64, n_epochs: 1}\n"
+        "network: {net_arch: [4]}\n"
+        "validation: {episodes: 1}\n"
+    )
+    arguments = ["--config", str(config), "--steps", "64", "--worlds", "4", "--episodes", "1"]
+    text = run("train/train_ppo.py", *arguments, folder=tmp_path)
+    assert "fuzzy_expert: return" in text
+    assert (tmp_path / "results" / "train_ppo" / "policy.npz").exists()
+
+
+@pytest.mark.slow
+def test_sac_is_trained_by_hand_and_exported(tmp_path: Path) -> None:
+    text = run("train/train_sac.py", "--steps", "120", "--worlds", "2", folder=tmp_path)
+    assert "saved to results/train_sac/policy.npz, return" in text
+    assert (tmp_path / "results" / "train_sac" / "policy.md").exists()
+
+
+@pytest.mark.slow
+def test_an_algorithm_of_one_s_own_is_exported_and_evaluated(tmp_path: Path) -> None:
+    tiny = ["--generations", "2", "--actors", "8", "--worlds-each", "2", "--decisions", "20"]
+    text = run("train/own_algorithm.py", *tiny, folder=tmp_path)
+    assert "generation 1: " in text
+    assert "saved to results/own_algorithm/policy.npz, return" in text

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import AutoresetMode
 
+from hazbot_gym.core.state import Floats
 from hazbot_gym.envs.vector import CorridorVectorEnv
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.task.reward import TERMS
@@ -26,6 +27,10 @@ except ImportError as error:
 
 class CorridorVecEnv(VecEnv):
     """N corridor worlds for SB3, VecMonitor and VecNormalize.
+
+    Attributes:
+        terms: (N, 7) unweighted reward terms of the last decision, in the order of ``TERMS``.
+        costs: (N,) its safety costs.
 
     Example:
         >>> from hazbot_gym.envs.sb3 import CorridorVecEnv
@@ -42,6 +47,7 @@ class CorridorVecEnv(VecEnv):
         self.render_mode = None
         self._seed_next = seed
         self._actions: npt.NDArray[Any] | None = None
+        self.terms, self.costs = np.zeros((num_envs, len(TERMS))), np.zeros(num_envs)
         super().__init__(
             num_envs, self.worlds.single_observation_space, self.worlds.single_action_space
         )
@@ -66,11 +72,11 @@ class CorridorVecEnv(VecEnv):
         """Take one decision in every world."""
         observations, rewards, terminated, truncated, info = self.worlds.step(self._actions)
         ended = terminated | truncated
-        infos: list[dict[str, Any]] = [{"cost": cost} for cost in info["cost"].tolist()]
+        self.terms, self.costs = _decision_of(info)
+        infos: list[dict[str, Any]] = [{"cost": cost} for cost in self.costs.tolist()]
         for i in np.flatnonzero(ended):
             last = info["final_info"]
-            infos[i] = {
-                "cost": float(last["cost"][i]),
+            infos[i] |= {
                 "terminal_observation": info["final_obs"][i],
                 "outcome": last["outcome"][i],
                 "reward_terms": {name: float(last["reward_terms"][name][i]) for name in TERMS},
@@ -98,6 +104,13 @@ class CorridorVecEnv(VecEnv):
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
         """Tell that no world is wrapped."""
         return [False for _ in self._get_indices(indices)]
+
+
+def _decision_of(info: dict[str, Any]) -> tuple[Floats, Floats]:
+    """Return terms and costs of a decision in all worlds; an end that was reset tells its own."""
+    tellers = [info, info["final_info"]] if "final_info" in info else [info]  # each 0 elsewhere
+    terms = sum(np.stack([teller["reward_terms"][name] for name in TERMS], 1) for teller in tellers)
+    return terms, sum(teller["cost"] for teller in tellers)
 
 
 def _reset_info(info: dict[str, Any], i: int) -> dict[str, Any]:

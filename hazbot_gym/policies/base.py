@@ -88,6 +88,14 @@ REGISTER = {
         "hazbot_gym.policies.fuzzy_expert:FuzzyExpert",
         "the paper's fuzzy strategy; rules=, pattern=, t_norm=, release=",
     ),
+    "ppo": Entry(
+        "hazbot_gym.policies.learned:Ppo",
+        "PPO as trained for this version, for the tier of the observations",
+    ),
+    "learned": Entry(
+        "hazbot_gym.policies.learned:Learned",
+        "a trained policy from a file; path=FILE.npz, allow_pickle=true for a .zip",
+    ),
 }
 
 
@@ -153,6 +161,9 @@ def _from_register(spec: str, factory_name: str, options: str) -> Policy:
         policy: Policy = factory(**_parse_options(spec, options, allowed))
     except ValidationError as error:
         first = error.errors()[0]
+        cause = first.get("ctx", {}).get("error")
+        if isinstance(cause, InvalidInput):
+            raise cause from None
         option = ".".join(str(part) for part in first["loc"])
         raise InvalidInput(
             f"policy {spec!r}: {option} = {first['input']!r} is not allowed: {first['msg']}"

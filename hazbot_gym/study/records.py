@@ -13,13 +13,13 @@ again, and so is one that cannot be read.
 from __future__ import annotations
 
 import json
-import os
-import tempfile
-from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from hazbot_gym.errors import InvalidInput, MissingExtra
+from hazbot_gym.study import files
+from hazbot_gym.study.files import write_atomically as write_atomically  # of this module too
+from hazbot_gym.study.files import write_json as write_json
 from hazbot_gym.study.metrics import Row
 
 try:
@@ -63,29 +63,6 @@ def claim(folder: Path, identity: str) -> None:
             f"out: {str(folder)!r} holds another study ({found}, this one is {identity}); "
             "give another --out, or remove that folder"
         )
-
-
-def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
-    """Let ``write`` fill a file beside ``path``, then rename it: readers see all of it or none."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".tmp")
-    except OSError as error:
-        raise InvalidInput(f"out: cannot write {str(path)!r}: {error.strerror}") from error
-    os.close(handle)
-    beside = Path(name)
-    try:
-        write(beside)
-        beside.chmod(0o644)
-        beside.replace(path)
-    finally:
-        beside.unlink(missing_ok=True)
-
-
-def write_json(path: Path, content: Mapping[str, Any]) -> None:
-    """Write JSON with sorted keys; a number that is not finite must have become ``None`` before."""
-    text = json.dumps(content, indent=2, sort_keys=True, allow_nan=False, ensure_ascii=False)
-    write_atomically(path, lambda beside: _write_text(beside, text + "\n"))
 
 
 def write_rows(path: Path, rows: list[Row], stamp: str) -> None:
@@ -132,8 +109,8 @@ def withdraw(folder: Path) -> None:
 
 def sweep(folder: Path) -> None:
     """Remove what a killed run left half-written."""
-    for leftover in [*folder.glob(".*.tmp"), *(folder / SHARDS).glob(".*.tmp")]:
-        leftover.unlink(missing_ok=True)
+    files.sweep(folder)
+    files.sweep(folder / SHARDS)
 
 
 def _identity(manifest: Path) -> str | None:
@@ -142,7 +119,3 @@ def _identity(manifest: Path) -> str | None:
     except (OSError, ValueError, KeyError, TypeError):
         return None
     return identity if isinstance(identity, str) else None
-
-
-def _write_text(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8")

@@ -1,0 +1,86 @@
+"""A trained actor as plain arrays: normalise, hidden layers, head. numpy only, no torch.
+
+What Stable-Baselines3 does with its networks when it acts deterministically, written out:
+
+    x = clip((observation - mean) / sqrt(variance + epsilon), -clip, clip)     (VecNormalize)
+    h = act(x W + b), layer by layer; y = h W + b
+    clipped   action = clip(y, -1, 1)             PPO: the mean of its Gaussian
+    squashed  action = tanh(y)                    SAC: the mean, squashed; TD3: its output
+    levels    action = 2 argmax(y) / (n - 1) - 1  DQN: the speed level of the largest value
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+Floats32 = npt.NDArray[np.float32]
+
+
+def _relu(x: Floats32) -> Floats32:
+    return np.maximum(x, 0.0, out=x)
+
+
+def _tanh(x: Floats32) -> Floats32:
+    return np.tanh(x, out=x)
+
+
+def _clip(x: Floats32) -> Floats32:
+    return np.clip(x, -1.0, 1.0, out=x)
+
+
+def _level(x: Floats32) -> Floats32:
+    share = x.argmax(axis=-1)[..., None] / max(x.shape[-1] - 1, 1)
+    return (2.0 * share - 1.0).astype(np.float32)
+
+
+ACTIVATIONS: dict[str, Callable[[Floats32], Floats32]] = {"tanh": _tanh, "relu": _relu}
+HEADS: dict[str, Callable[[Floats32], Floats32]] = {
+    "clipped": _clip,
+    "squashed": _tanh,
+    "levels": _level,
+}
+
+
+class Layer(NamedTuple):
+    """One linear map, y = x W + b."""
+
+    weight: Floats32  # (inputs, outputs)
+    bias: Floats32  # (outputs,)
+
+
+class Normalisation(NamedTuple):
+    """What VecNormalize has learned of the observations."""
+
+    mean: Floats32  # (width,)
+    variance: Floats32  # (width,)
+    clip: float
+    epsilon: float
+
+
+class Actor(NamedTuple):
+    """Weights, and how they are put together."""
+
+    layers: tuple[Layer, ...]  # the last one is the head's
+    activation: str  # a name of ACTIVATIONS
+    head: str  # a name of HEADS
+    normalisation: Normalisation | None = None
+
+    @property
+    def width(self) -> int:
+        """Number of entries of the observations."""
+        return self.layers[0].weight.shape[0]
+
+    def act(self, observation: npt.ArrayLike) -> Floats32:
+        """Return the actions in [-1, 1] for observations (..., width): shape (..., 1)."""
+        x = np.asarray(observation, np.float32)
+        if self.normalisation is not None:
+            mean, variance, clip, epsilon = self.normalisation
+            x = np.clip((x - mean) / np.sqrt(variance + np.float32(epsilon)), -clip, clip)
+        activate = ACTIVATIONS[self.activation]
+        for weight, bias in self.layers[:-1]:
+            x = activate(x @ weight + bias)
+        return HEADS[self.head](x @ self.layers[-1].weight + self.layers[-1].bias)

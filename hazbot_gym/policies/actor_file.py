@@ -1,0 +1,204 @@
+"""The file of a trained actor: one ``.npz`` without pickle, and a model card beside it.
+
+The file holds the arrays of ``actor.Actor`` and a JSON text with all that is known of them: format
+version, algorithm, tier, the observation table, how it was trained and what it reached. Reading it
+runs nothing that is in it, and refuses it unless the observation table is the library's own: a
+field that moved would be misread in silence.
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+import zlib
+from collections.abc import Mapping
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, BinaryIO, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies.actor import ACTIVATIONS, HEADS, Actor, Layer, Normalisation
+from hazbot_gym.task.observation import LAYOUTS, Layout
+
+FORMAT = 1
+_COMPARED = ("name", "unit", "low", "high", "scale")
+
+
+class Trained(NamedTuple):
+    """An actor and what is known of it."""
+
+    actor: Actor
+    about: dict[str, Any]
+
+
+def describe(
+    actor: Actor,
+    *,
+    algorithm: str,
+    tier: str,
+    training: Mapping[str, Any] | None = None,
+    results: Mapping[str, Any] | None = None,
+) -> Trained:
+    """Return an actor with its description, ready to be written.
+
+    Args:
+        actor: The weights.
+        algorithm: What trained it, as the field calls it, such as ``PPO``.
+        tier: Information tier of its observations.
+        training: How it was trained: config, seed, versions, commit.
+        results: What it reached, by name of the metric.
+
+    Raises:
+        InvalidInput: The tier is none, or its observations have another width than the actor's.
+    """
+    if tier not in LAYOUTS:
+        raise InvalidInput(f"tier: given {tier!r}, allowed are {', '.join(LAYOUTS)}")
+    if actor.width != LAYOUTS[tier].width:
+        raise InvalidInput(
+            f"tier: {tier} observations have {LAYOUTS[tier].width} entries, the actor takes "
+            f"{actor.width}"
+        )
+    about = {
+        "format": FORMAT,
+        "algorithm": algorithm,
+        "tier": tier,
+        "observation": observation_table(LAYOUTS[tier]),
+        "activation": actor.activation,
+        "action": actor.head,
+        "training": dict(training or {}),
+        "results": dict(results or {}),
+    }
+    return Trained(actor, about)
+
+
+def observation_table(layout: Layout) -> list[dict[str, Any]]:
+    """Return the fields that an actor depends on: names, units and ranges."""
+    return [{name: getattr(field, name) for name in _COMPARED} for field in layout.fields]
+
+
+def write(trained: Trained, file: BinaryIO) -> None:
+    """Write an actor into an open file."""
+    actor, about = trained
+    arrays: dict[str, npt.NDArray[Any]] = {}
+    for i, layer in enumerate(actor.layers):
+        arrays[f"weight{i}"], arrays[f"bias{i}"] = layer
+    if actor.normalisation is not None:
+        arrays["mean"], arrays["variance"], clip, epsilon = actor.normalisation
+        arrays["clip_epsilon"] = np.array([clip, epsilon])
+    text = json.dumps(about, allow_nan=False).encode()
+    np.savez_compressed(file, about=np.frombuffer(text, np.uint8), **arrays)  # type: ignore[arg-type]
+
+
+def read(path: Path) -> Trained:
+    """Return the actor in a file.
+
+    Raises:
+        InvalidInput: The file is not there, is damaged or is none of ours, or its actor was trained
+            on other observations than the library's; one line.
+    """
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+        about = json.loads(arrays.pop("about").tobytes())
+        check(about, path)
+        return Trained(_actor(arrays, about), about)
+    except FileNotFoundError:
+        raise InvalidInput(f"policy: there is no file {str(path)!r}") from None
+    except InvalidInput:
+        raise
+    except (
+        OSError, EOFError, ValueError, KeyError, TypeError, AttributeError,
+        zipfile.BadZipFile, zlib.error,
+    ) as error:  # fmt: skip
+        raise InvalidInput(
+            f"policy: {str(path)!r} is damaged, or no trained policy of hazbot_gym"
+        ) from error
+
+
+def check(about: Mapping[str, Any], path: Path) -> None:
+    """Refuse an actor of another format, or of another observation table than the library's."""
+    if about["format"] != FORMAT:
+        raise InvalidInput(
+            f"policy: {str(path)!r} has format {about['format']}, allowed is {FORMAT}"
+        )
+    if about["tier"] not in LAYOUTS:
+        raise InvalidInput(
+            f"policy: {str(path)!r} has tier {about['tier']!r}, allowed are {', '.join(LAYOUTS)}"
+        )
+    stored, own = about["observation"], observation_table(LAYOUTS[about["tier"]])
+    for i, (theirs, ours) in enumerate(zip(stored, own, strict=False)):
+        if theirs != ours:
+            raise InvalidInput(
+                f"policy: {str(path)!r} was trained on another observation: entry {i} was "
+                f"{_field(theirs)}, now it is {_field(ours)}"
+            )
+    if len(stored) != len(own):
+        raise InvalidInput(
+            f"policy: {str(path)!r} was trained on another observation: it had {len(stored)} "
+            f"entries, now it has {len(own)}"
+        )
+
+
+def _field(field: Mapping[str, Any]) -> str:
+    return "{name} in {low:g}..{high:g} {unit} / {scale:g}".format(**field)
+
+
+def _actor(arrays: Mapping[str, npt.NDArray[Any]], about: Mapping[str, Any]) -> Actor:
+    """Put the arrays together; a ValueError or KeyError says that they do not fit."""
+    count = sum(name.startswith("weight") for name in arrays)
+    layers = tuple(
+        Layer(arrays[f"weight{i}"].astype(np.float32), arrays[f"bias{i}"].astype(np.float32))
+        for i in range(count)
+    )
+    sizes = [LAYOUTS[about["tier"]].width, *(layer.bias.size for layer in layers)]
+    shapes = [layer.weight.shape for layer in layers]
+    fits = count > 0 and shapes == list(pairwise(sizes))
+    has_head = about["action"] in HEADS and (sizes[-1] == 1) == (about["action"] != "levels")
+    is_finite = all(np.isfinite(array).all() for array in arrays.values())
+    if not (fits and has_head and is_finite and about["activation"] in ACTIVATIONS):
+        raise ValueError("the arrays do not make an actor")
+    return Actor(layers, about["activation"], about["action"], _normalisation(arrays, sizes[0]))
+
+
+def _normalisation(arrays: Mapping[str, npt.NDArray[Any]], width: int) -> Normalisation | None:
+    if "mean" not in arrays:
+        return None
+    clip, epsilon = arrays["clip_epsilon"].tolist()
+    mean, variance = arrays["mean"].astype(np.float32), arrays["variance"].astype(np.float32)
+    if mean.shape != (width,) or variance.shape != (width,):
+        raise ValueError("the normalisation does not fit the observations")
+    return Normalisation(mean, variance, clip, epsilon)
+
+
+def card(trained: Trained, name: str) -> str:
+    """Return the model card of a trained actor, as Markdown."""
+    actor, about = trained
+    sizes = " -> ".join(str(n) for n in (actor.width, *(layer.bias.size for layer in actor.layers)))
+    results = "\n".join(f"| {key} | {value} |" for key, value in about["results"].items())
+    return f"""# {name}
+
+A speed policy for the environments of hazbot_gym, trained with {about["algorithm"]}.
+
+- **Sees** the {about["tier"]} tier: {actor.width} entries, as listed in the file.
+- **Answers** with a share of the nominal speed; the head is `{about["action"]}`, deterministic.
+- **Network**: {sizes}, {about["activation"]}.
+- **Use**: `hazbot eval --policy learned:path={name}.npz`, or
+  `hazbot_gym.policies.make("learned:path={name}.npz")`. The file holds arrays and JSON, no pickle.
+- **Limits**: trained and judged in simulation only. Clearances stand in for comfort, which nobody
+  was asked about; do not let it drive a robot among people.
+
+## Results on validation scenarios
+
+| metric | value |
+|---|---|
+{results or "| none | recorded |"}
+
+## How it was trained
+
+```json
+{json.dumps(about["training"], indent=2)}
+```
+"""

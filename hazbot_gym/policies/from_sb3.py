@@ -1,0 +1,141 @@
+"""From Stable-Baselines3's models to plain actors, and policies straight from its zip files."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hazbot_gym.errors import InvalidInput, MissingExtra
+from hazbot_gym.policies.actor import Actor, Layer, Normalisation
+from hazbot_gym.policies.base import Actions, Observations, Policy
+
+# Where SB3 keeps a policy class, and which algorithm can load a zip with it.
+_LOADERS = {
+    "stable_baselines3.common.policies": "stable_baselines3:PPO",
+    "stable_baselines3.sac.policies": "stable_baselines3:SAC",
+    "stable_baselines3.td3.policies": "stable_baselines3:TD3",
+    "stable_baselines3.dqn.policies": "stable_baselines3:DQN",
+    "sb3_contrib.common.recurrent.policies": "sb3_contrib:RecurrentPPO",
+}
+
+
+def actor_of(model: Any, normalize: Any = None) -> Actor:
+    """Return the deterministic actor of a trained model as plain arrays.
+
+    Args:
+        model: PPO, A2C, SAC, TD3 or DQN of Stable-Baselines3 with its ``MlpPolicy``.
+        normalize: The ``VecNormalize`` that it was trained behind; None where it saw observations
+            as they are.
+
+    Raises:
+        InvalidInput: There is no plain form of this model.
+    """
+    policy, name = model.policy, type(model).__name__
+    if name in ("PPO", "A2C"):
+        is_discrete = hasattr(model.action_space, "n")
+        head = "levels" if is_discrete else "clipped"
+        modules = [*policy.mlp_extractor.policy_net, policy.action_net]
+    elif name == "SAC":
+        head, modules = "squashed", [*policy.actor.latent_pi, policy.actor.mu]
+    elif name == "TD3":
+        head, modules = "squashed", list(policy.actor.mu)[:-1]  # its last module is the head's tanh
+    elif name == "DQN":
+        head, modules = "levels", list(policy.q_net.q_net)
+    else:
+        raise InvalidInput(
+            f"export: {name} has no plain form; allowed are PPO, A2C, SAC, TD3 and DQN"
+        )
+    layers, activation = _chain(modules)
+    has_statistics = normalize is not None and normalize.norm_obs
+    return Actor(layers, activation, head, _normalisation(normalize) if has_statistics else None)
+
+
+def _chain(modules: list[Any]) -> tuple[tuple[Layer, ...], str]:
+    """Return the linear layers of a chain of modules, and the activation between them."""
+    layers, kinds = [], set()
+    for module in modules:
+        kind = type(module).__name__
+        if kind == "Linear":
+            weight, bias = module.weight.detach().cpu().numpy(), module.bias.detach().cpu().numpy()
+            layers.append(Layer(np.ascontiguousarray(weight.T, np.float32), bias.copy()))
+        else:
+            kinds.add(kind.lower())
+    if not kinds <= {"tanh"} and not kinds <= {"relu"}:
+        raise InvalidInput(f"export: given layers {', '.join(kinds)}; allowed are tanh or relu")
+    return tuple(layers), kinds.pop() if kinds else "tanh"
+
+
+def _normalisation(normalize: Any) -> Normalisation:
+    statistics = normalize.obs_rms
+    return Normalisation(
+        statistics.mean.astype(np.float32),
+        statistics.var.astype(np.float32),
+        float(normalize.clip_obs),
+        float(normalize.epsilon),
+    )
+
+
+def load_zip(path: Path) -> Policy:
+    """Return the policy in a zip of Stable-Baselines3. This runs code that is in the file.
+
+    A zip holds no ``VecNormalize`` statistics and no observation table; export the model to keep
+    both with it.
+
+    Raises:
+        InvalidInput: The file is not there, or is no such zip.
+        MissingExtra: Stable-Baselines3 is not installed.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            module = json.loads(archive.read("data"))["policy_class"]["__module__"]
+        loader = _LOADERS[module]
+    except (OSError, zipfile.BadZipFile, KeyError, TypeError, ValueError) as error:
+        raise InvalidInput(
+            f"policy: {str(path)!r} is no model that Stable-Baselines3 saved"
+        ) from error
+    return _Model(_load(loader, path))
+
+
+def _load(loader: str, path: Path) -> Any:
+    package, _, algorithm = loader.partition(":")
+    try:
+        if package == "sb3_contrib":
+            import sb3_contrib as library
+        else:
+            import stable_baselines3 as library
+    except ImportError as error:
+        raise MissingExtra(package.replace("_", "-"), "train") from error
+    return getattr(library, algorithm).load(path, device="cpu")
+
+
+class _Model:
+    """A model as a policy: its levels become the continuous actions of their speeds."""
+
+    def __init__(self, model: Any) -> None:
+        self._model = model
+
+    def predict(
+        self,
+        observation: Observations,
+        state: Any = None,
+        episode_start: npt.NDArray[np.bool_] | None = None,
+        deterministic: bool = True,
+    ) -> tuple[Actions, Any]:
+        """Return what the model answers; see ``Policy.predict``."""
+        if not deterministic:
+            raise InvalidInput("deterministic: given False, a trained policy allows only True")
+        width = self._model.observation_space.shape[0]
+        if np.shape(observation)[-1] != width:
+            raise InvalidInput(
+                f"tier: given observations of {np.shape(observation)[-1]} entries, this policy was "
+                f"trained on {width}"
+            )
+        action, state = self._model.predict(observation, state, episode_start, deterministic=True)
+        if hasattr(self._model.action_space, "n"):
+            action = (2.0 * action / (self._model.action_space.n - 1) - 1.0)[..., None]
+        return np.asarray(action, np.float32), state

@@ -1,0 +1,121 @@
+"""Policies that were trained: from an exported file, from a Stable-Baselines3 zip, or shipped.
+
+They act deterministically, by the most likely action; ``deterministic=False`` is refused, because
+exploring belongs to training and nothing here may draw numbers that no seed decides.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import ConfigDict
+from pydantic.dataclasses import dataclass
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies import actor_file
+from hazbot_gym.policies.base import Actions, Observations, Policy
+from hazbot_gym.task.observation import layout_of
+
+SHIPPED = Path(__file__).parent / "shipped"
+_CONFIG = ConfigDict(extra="forbid")
+
+
+class TrainedActor:
+    """An actor of plain arrays as a policy."""
+
+    def __init__(self, trained: actor_file.Trained) -> None:
+        self.actor, self.about = trained
+
+    def predict(
+        self,
+        observation: Observations,
+        state: Any = None,
+        episode_start: npt.NDArray[np.bool_] | None = None,
+        deterministic: bool = True,
+    ) -> tuple[Actions, Any]:
+        """Return the most likely action, and the state as it was given; see ``Policy.predict``.
+
+        Raises:
+            InvalidInput: The observation is of another tier, or an action is to be drawn.
+        """
+        if not deterministic:
+            raise InvalidInput("deterministic: given False, a trained policy allows only True")
+        width = layout_of(observation).width
+        if width != self.actor.width:
+            raise InvalidInput(
+                f"tier: given observations of {width} entries, this policy was trained on tier "
+                f"{self.about['tier']} with {self.actor.width}"
+            )
+        return self.actor.act(observation), state
+
+
+class _FromFile:
+    """A policy that lets one answer which was read from a file."""
+
+    def _policy_for(self, observation: Observations) -> Policy:
+        raise NotImplementedError
+
+    def predict(
+        self,
+        observation: Observations,
+        state: Any = None,
+        episode_start: npt.NDArray[np.bool_] | None = None,
+        deterministic: bool = True,
+    ) -> tuple[Actions, Any]:
+        """Return what the policy of the file answers; see ``Policy.predict``."""
+        policy = self._policy_for(observation)
+        return policy.predict(observation, state, episode_start, deterministic)
+
+
+@dataclass(frozen=True, config=_CONFIG)
+class Learned(_FromFile):
+    """The policy in a file that ``hazbot train`` exported, or that Stable-Baselines3 saved."""
+
+    path: Path
+    allow_pickle: bool = False  # reading a .zip runs code that is in it
+
+    def __post_init__(self) -> None:
+        self._policy  # noqa: B018  (a file that cannot be used is refused when the policy is made)
+
+    def _policy_for(self, observation: Observations) -> Policy:
+        return self._policy
+
+    @cached_property
+    def _policy(self) -> Policy:
+        if self.path.suffix != ".zip":
+            return TrainedActor(actor_file.read(self.path))
+        if not self.allow_pickle:
+            raise InvalidInput(
+                f"policy: reading {str(self.path)!r} runs code that is in it; if you trust it, "
+                "allow that with allow_pickle=true, or --allow-pickle on the command line"
+            )
+        from hazbot_gym.policies.from_sb3 import load_zip
+
+        return load_zip(self.path)
+
+
+@dataclass(frozen=True, config=_CONFIG)
+class Ppo(_FromFile):
+    """The PPO policies that come with the library: one for each width of observations."""
+
+    def __post_init__(self) -> None:
+        if not self._policies:
+            raise InvalidInput(
+                "policy: 'ppo' is not shipped with this version; train one with `hazbot train` and "
+                "give learned:path=FILE"
+            )
+
+    @cached_property
+    def _policies(self) -> dict[int, TrainedActor]:
+        found = [TrainedActor(actor_file.read(path)) for path in sorted(SHIPPED.glob("ppo_*.npz"))]
+        return {policy.actor.width: policy for policy in found}
+
+    def _policy_for(self, observation: Observations) -> Policy:
+        layout = layout_of(observation)
+        if layout.width not in self._policies:
+            raise InvalidInput(f"tier: given {layout.tier}, for which no 'ppo' is shipped")
+        return self._policies[layout.width]

@@ -1,0 +1,62 @@
+"""Trained policies to files: the arrays without pickle, and a model card beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies.actor_file import Trained, card, describe, write
+from hazbot_gym.policies.from_sb3 import actor_of
+from hazbot_gym.study.files import write_atomically, write_text
+
+
+def export_model(
+    model: Any,
+    path: Path,
+    *,
+    tier: str,
+    normalize: Any = None,
+    training: Mapping[str, Any] | None = None,
+    results: Mapping[str, Any] | None = None,
+    overwrite: bool = False,
+) -> Trained:
+    """Export the actor of a Stable-Baselines3 model.
+
+    Args:
+        model: PPO, A2C, SAC, TD3 or DQN with its ``MlpPolicy``.
+        path: Of the ``.npz``; the card gets the suffix ``.md``.
+        tier: Information tier that it was trained on.
+        normalize: The ``VecNormalize`` that it was trained behind, if it was.
+        training: How it was trained: config, seed, versions, commit.
+        results: What it reached, by name of the metric.
+        overwrite: Whether a file that is there may be replaced.
+
+    Raises:
+        InvalidInput: The model has no plain form, its observations are not the tier's, or the file
+            is there already.
+    """
+    actor, name = actor_of(model, normalize), type(model).__name__
+    trained = describe(actor, algorithm=name, tier=tier, training=training, results=results)
+    export_actor(trained, path, overwrite=overwrite)
+    return trained
+
+
+def export_actor(trained: Trained, path: Path, *, overwrite: bool = False) -> None:
+    """Write an actor, of whatever made it, and its card.
+
+    Raises:
+        InvalidInput: The file is there already, has another suffix, or cannot be written.
+    """
+    if path.suffix != ".npz":
+        raise InvalidInput(f"path: given {str(path)!r}, allowed is a name that ends in .npz")
+    if path.exists() and not overwrite:
+        raise InvalidInput(f"path: given {str(path)!r}, which is there already")
+    write_atomically(path, lambda beside: _write(trained, beside))
+    write_text(path.with_suffix(".md"), card(trained, path.stem))
+
+
+def _write(trained: Trained, path: Path) -> None:
+    with path.open("wb") as file:
+        write(trained, file)

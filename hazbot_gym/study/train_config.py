@@ -1,0 +1,91 @@
+"""What a training run consists of: algorithm, environments, budget, validation.
+
+A training file (``configs/*.yaml``) holds deltas on the defaults below. ``options`` go to the
+algorithm of Stable-Baselines3 as they are, ``network`` to its policy, with the names used there.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from annotated_types import Ge, Gt, Le, MinLen
+from pydantic import Field, ValidationError, field_validator
+
+from hazbot_gym.config import Config, Section, first_error, make_config, read_yaml
+from hazbot_gym.envs.registration import NAMESPACE
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.study import rollout
+from hazbot_gym.study.config import Engine, ScenarioSet
+
+Algorithm = Literal["ppo", "sac", "td3", "dqn", "recurrent_ppo"]
+
+
+class Validation(Section):
+    """How the best model is found: mean return over scenarios that no test uses."""
+
+    every_steps: Annotated[int, Ge(1)] = 250_000  # and as often a checkpoint
+    episodes: Annotated[int, Ge(1)] = 100  # shared out among the environments
+
+
+class TrainConfig(Section):
+    """All that decides the weights of a run; where it is written is not in here."""
+
+    algorithm: Algorithm = "ppo"
+    env: Annotated[tuple[str, ...], MinLen(1)] = (f"{NAMESPACE}/Corridor-v0",)
+    overrides: dict[str, Any] = Field(default_factory=dict)  # of the environments' config
+    worlds: Annotated[int, Ge(1)] = 512  # side by side, shared out among the environments
+    engine: Engine = "batched"
+    threads: Annotated[int, Ge(1)] = 1  # that step the worlds; no result depends on it
+    steps: Annotated[int, Ge(1)] = 3_000_000  # decisions in all
+    seed: Annotated[int, Ge(0), Le(2**32 - 1)] = 0
+    reward_scale: Annotated[float, Gt(0)] = 0.05  # brings returns near the networks' natural size
+    learning_rate: Annotated[float, Gt(0)] = 1e-3
+    final_learning_rate: Annotated[float, Ge(0)] = 0.0  # reached linearly; logged returns are bare
+    options: dict[str, Any] = Field(default_factory=dict)
+    network: dict[str, Any] = Field(default_factory=dict)
+    validation: Validation = Validation()
+
+    @field_validator("env", mode="before")
+    @classmethod
+    def _one_or_several(cls, env: Any) -> Any:
+        return (env,) if isinstance(env, str) else env
+
+    def environments(self) -> tuple[Config, ...]:
+        """Return the config of each environment, with the horizon that it is registered with.
+
+        Raises:
+            InvalidInput: There is no such environment, or a value is not allowed in it.
+        """
+        return tuple(_environment(env, self.overrides) for env in self.env)
+
+    def identity(self) -> str:
+        """Return a hash that two runs share if and only if their values are equal."""
+        text = json.dumps(self.model_dump(mode="json"), sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _environment(env: str, overrides: dict[str, Any]) -> Config:
+    config, limit = rollout.resolve(ScenarioSet(name=env, env=env, overrides=overrides))
+    return make_config(config, max_episode_steps=min(limit, config.max_episode_steps))
+
+
+def load_training(path: Path | None = None, **changes: Any) -> TrainConfig:
+    """Return the default run with a file's deltas and then the given changes applied.
+
+    Raises:
+        InvalidInput: The file cannot be read or a value is not allowed; one line.
+    """
+    values = read_yaml(path, "config") if path else {}
+    values |= {name: value for name, value in changes.items() if value is not None}
+    try:
+        return TrainConfig.model_validate(values)
+    except ValidationError as error:
+        raise InvalidInput(first_error(error, TrainConfig)) from error
+
+
+def shares(total: int, parts: int) -> list[int]:
+    """Return a whole number shared out as evenly as it goes, the first parts getting more."""
+    return [total // parts + (i < total % parts) for i in range(parts)]

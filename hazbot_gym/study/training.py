@@ -1,0 +1,255 @@
+"""A training run: an algorithm of Stable-Baselines3 on the batched engine, safe against crashes.
+
+    OUT/manifest.json     what is run: config, seed, versions, commit, start time
+    OUT/policy.npz, .md   the best model on validation so far, and its card
+    OUT/checkpoints/      what ``--resume`` goes on from
+    OUT/tensorboard/      curves
+    OUT/result.json       validations and speed, when the run is done
+
+A run is cut into stretches of ``validation.every_steps`` decisions. At the end of each the model is
+validated and a checkpoint written. Each begins by seeding everything from the run's seed and the
+number of the stretch: worlds, numpy, torch, Python. So a run that was killed goes on from its last
+checkpoint exactly as one that was not, to the same bits on one torch thread of the same machine.
+The price: episodes that run at the end of a stretch are cut off there. Their last value is
+bootstrapped, as at the end of every rollout, but their ends are seen a little less often.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from rich.console import Console
+
+from hazbot_gym.errors import InvalidInput, MissingExtra
+
+try:
+    import sb3_contrib
+    import stable_baselines3
+    import torch
+    from stable_baselines3.common.base_class import BaseAlgorithm
+    from stable_baselines3.common.callbacks import BaseCallback
+    from stable_baselines3.common.logger import configure
+    from stable_baselines3.common.noise import NormalActionNoise
+    from stable_baselines3.common.utils import LinearSchedule
+    from torch.utils.tensorboard import SummaryWriter as _  # noqa: F401  (a part of the extra)
+except ImportError as error:
+    raise MissingExtra((error.name or "tensorboard").replace("_", "-"), "train") from error
+
+from hazbot_gym.study import checkpoints, provenance, rollout
+from hazbot_gym.study.export import export_model
+from hazbot_gym.study.files import write_atomically, write_json
+from hazbot_gym.study.run_folder import CHECKPOINTS, MANIFEST, POLICY, RESULT, TENSORBOARD, claim
+from hazbot_gym.study.train_config import TrainConfig
+from hazbot_gym.study.training_envs import TrainingEnvs, make_envs
+from hazbot_gym.study.training_log import EpisodeLog, ProgressBar
+from hazbot_gym.study.validation import validate
+
+ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
+    "ppo": stable_baselines3.PPO,
+    "sac": stable_baselines3.SAC,
+    "td3": stable_baselines3.TD3,
+    "dqn": stable_baselines3.DQN,
+    "recurrent_ppo": sb3_contrib.RecurrentPPO,
+}
+ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
+
+
+class Result(NamedTuple):
+    """What a run came to."""
+
+    model: BaseAlgorithm
+    best: dict[str, float | None]  # headline metrics of the policy that was kept
+    policy: Path
+
+
+def train(
+    config: TrainConfig, out: Path, *, resume: bool = False, console: Console | None = None
+) -> Result:
+    """Run a training, or what is left of one, and export its best policy.
+
+    Uses one torch thread: the networks are too small to share, and sums stay in one order.
+
+    Args:
+        config: What to run.
+        out: Folder of its files: new, empty, or with ``resume`` this run's own.
+        resume: Whether to go on from the last checkpoint, if there is one.
+        console: Where progress goes; None for nowhere.
+
+    Raises:
+        InvalidInput: Something about the config or the folder is not usable; nothing was written.
+    """
+    console = console or Console(quiet=True)
+    torch.set_num_threads(1)
+    claim(out, config.identity(), resume=resume)
+    envs = make_envs(config)
+    model = make_model(config, envs)
+    if not (out / MANIFEST).exists():
+        write_json(out / MANIFEST, manifest(config))
+    stretches = Stretches(config, out, console)
+    if resume:
+        stretches.resume(model)
+    model.set_logger(configure(str(out / TENSORBOARD), ["tensorboard"]))
+    left = config.steps - model.num_timesteps
+    bar = ProgressBar(console, config.steps)
+    callbacks: list[BaseCallback] = [EpisodeLog(), stretches, bar]
+    try:
+        if left > 0:
+            is_new = model.num_timesteps == 0
+            model.learn(left, callbacks, log_interval=None, reset_num_timesteps=is_new)
+    finally:
+        bar.stop()
+        model.logger.close()
+        envs.close()
+    return Result(model, stretches.best(), stretches.policy_path)
+
+
+def make_model(config: TrainConfig, envs: TrainingEnvs) -> BaseAlgorithm:
+    """Make a new model of a run.
+
+    Raises:
+        InvalidInput: The algorithm does not take these options or environments.
+    """
+    network = dict(config.network)
+    activation = network.pop("activation", "tanh")
+    if activation not in ACTIVATIONS:
+        raise InvalidInput(
+            f"network.activation: given {activation!r}, allowed are {', '.join(ACTIVATIONS)}"
+        )
+    options = dict(config.options)
+    if "action_noise" in options:  # its deviation; SB3 wants a noise for each action
+        deviation = np.full(1, options["action_noise"], np.float32)
+        options["action_noise"] = NormalActionNoise(np.zeros(1, np.float32), deviation)
+    policy = "MlpLstmPolicy" if config.algorithm == "recurrent_ppo" else "MlpPolicy"
+    try:
+        return ALGORITHMS[config.algorithm](
+            policy,
+            envs,
+            learning_rate=LinearSchedule(config.learning_rate, config.final_learning_rate, 1.0),
+            policy_kwargs={**network, "activation_fn": ACTIVATIONS[activation]},
+            seed=config.seed,
+            device="cpu",
+            **options,
+        )
+    except (TypeError, ValueError, AssertionError) as error:
+        reason = str(error).split("__init__() ")[-1]
+        raise InvalidInput(f"options: {config.algorithm} cannot use them: {reason}") from error
+
+
+def manifest(config: TrainConfig) -> dict[str, Any]:
+    """Return where a run's policy comes from."""
+    return {
+        "run": config.identity(),
+        "config": config.model_dump(mode="json"),
+        "environments": {
+            env: each.model_dump(mode="json")
+            for env, each in zip(config.env, config.environments(), strict=True)
+        },
+        "seed": config.seed,
+        "versions": provenance.versions(),
+        "commit": provenance.commit(),
+        "machine": provenance.machine(),
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+
+
+class Stretches(BaseCallback):
+    """Cuts a run into stretches: begins each from seeds, ends it by validation and checkpoint."""
+
+    def __init__(self, config: TrainConfig, out: Path, console: Console) -> None:
+        super().__init__()
+        self.config, self.out, self.console = config, out, console
+        suffix = ".zip" if config.algorithm == "recurrent_ppo" else ".npz"
+        self.policy_path = (out / POLICY).with_suffix(suffix)
+        self.tier = config.environments()[0].tier
+        self.begun, self.is_running = 0, False
+        self.seconds = 0.0  # of training, validations left out
+        self.validations: list[dict[str, Any]] = []
+
+    def resume(self, model: BaseAlgorithm) -> None:
+        """Bring a new model to where its run was last saved."""
+        state = checkpoints.load_newest(self.out / CHECKPOINTS, self.console)
+        if state is None:
+            self.console.print("there is no checkpoint yet, the run begins at the start")
+            return
+        checkpoints.restore(model, state["model"])
+        progress = state["progress"]
+        self.begun, self.seconds = progress["begun"], progress["seconds"]
+        self.validations = progress["validations"]
+        self.console.print(f"the run goes on from step {model.num_timesteps:,}")
+
+    def best(self) -> dict[str, float | None]:
+        """Return the validation of the model that was kept."""
+        return max(self.validations, key=lambda found: found["return"])
+
+    def _on_step(self) -> bool:
+        return True
+
+    def _on_rollout_start(self) -> None:
+        if self.model.num_timesteps >= self.begun * self.config.validation.every_steps:
+            if self.is_running:
+                self._end()
+            self._begin()
+
+    def _on_training_end(self) -> None:
+        self._end()
+        write_json(self.out / RESULT, self._result())
+
+    def _begin(self) -> None:
+        """Seed everything anew and reset all worlds."""
+        model, env = self.model, self.training_env
+        model.set_random_seed(rollout.episode_seed(self.config.seed, "training", self.begun))
+        model._last_obs = env.reset()
+        model._last_episode_starts = np.ones(env.num_envs, np.bool_)  # also empties an LSTM
+        self.begun, self.is_running = self.begun + 1, True
+        self._began = time.perf_counter()
+
+    def _end(self) -> None:
+        """Validate the model, keep it if it is the best so far, and write a checkpoint."""
+        self.seconds += time.perf_counter() - self._began
+        found = {"step": self.model.num_timesteps, **validate(self.model, self.config)}
+        for name, value in found.items():
+            if value is not None:
+                self.logger.record(f"validation/{name}", value)
+        self.validations.append(found)
+        if self.best() is found:
+            self._keep(found)
+        self.console.print(f"step {found['step']:,}: validation return {found['return']:.1f}")
+        progress = {
+            "begun": self.begun,
+            "seconds": self.seconds,
+            "validations": self.validations,
+        }
+        checkpoints.save(self.out / CHECKPOINTS, self.model, progress)
+
+    def _keep(self, found: dict[str, Any]) -> None:
+        """Write the model as the best one so far; a recurrent one in SB3's own format."""
+        if self.policy_path.suffix == ".zip":
+            write_atomically(self.policy_path, lambda beside: _save_zip(self.model, beside))
+            return
+        export_model(
+            self.model,
+            self.policy_path,
+            tier=self.tier,
+            training=json.loads((self.out / MANIFEST).read_text(encoding="utf-8")),
+            results=found,
+            overwrite=True,
+        )
+
+    def _result(self) -> dict[str, Any]:
+        return {
+            "steps": self.model.num_timesteps,
+            "training_seconds": round(self.seconds, 1),
+            "steps_per_s": round(self.model.num_timesteps / max(self.seconds, 1e-9)),
+            "best": self.best(),
+            "validations": self.validations,
+        }
+
+
+def _save_zip(model: BaseAlgorithm, path: Path) -> None:
+    with path.open("wb") as file:
+        model.save(file)

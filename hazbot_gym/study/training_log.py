@@ -1,0 +1,90 @@
+"""What a training run shows of itself: TensorBoard's curves and a progress bar."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from stable_baselines3.common.callbacks import BaseCallback
+
+from hazbot_gym.task.outcome import OUTCOME_NAMES
+from hazbot_gym.task.reward import TERMS
+
+LEAST_STEPS = 5_000  # decisions between two points of a curve
+# Curve by what the environments call it.
+CURVES = {
+    "episode/return": "r",
+    "episode/length": "l",
+    "episode/cost": "cost",
+    "episode/time_ratio": "time_ratio",
+    "episode/mean_speed_mps": "speed_mps",
+    **{f"reward_terms/{name}": name for name in TERMS},
+}
+
+
+class EpisodeLog(BaseCallback):
+    """Logs the means over the episodes that have ended, and the share of each outcome."""
+
+    def _on_training_start(self) -> None:
+        self._ended: list[dict[str, Any]] = []
+        self._logged_at = self.model.num_timesteps
+
+    def _on_step(self) -> bool:
+        infos = self.locals["infos"]
+        self._ended += [infos[i] for i in np.flatnonzero(self.locals["dones"])]
+        return True
+
+    def _on_rollout_start(self) -> None:
+        # The last update's losses are recorded by now, and appear at the same step.
+        if self.model.num_timesteps - self._logged_at >= LEAST_STEPS:
+            self._log()
+
+    def _on_training_end(self) -> None:
+        self._log()
+
+    def _log(self) -> None:
+        episodes = [info["episode"] for info in self._ended]
+        for curve, name in CURVES.items() if episodes else ():
+            self.logger.record(curve, float(np.mean([episode[name] for episode in episodes])))
+        outcomes = Counter(info["outcome"] for info in self._ended)
+        for name in OUTCOME_NAMES[1:] if episodes else ():
+            self.logger.record(f"outcome/{name}", outcomes[name] / len(episodes))
+        self.logger.dump(self.model.num_timesteps)
+        self._ended, self._logged_at = [], self.model.num_timesteps
+
+
+class ProgressBar(BaseCallback):
+    """Moves the bar; silent where nobody watches."""
+
+    def __init__(self, console: Console, steps: int) -> None:
+        super().__init__()
+        columns = (
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.completed:,.0f}/{task.total:,.0f} steps, {task.fields[rate]}"),
+            TimeRemainingColumn(),
+        )
+        self._bar = Progress(*columns, console=console, disable=not console.is_terminal)
+        self._task = self._bar.add_task("training", total=steps, rate="")
+
+    def _on_training_start(self) -> None:
+        self._bar.start()
+        self._show()
+
+    def _on_step(self) -> bool:
+        return True
+
+    def _on_rollout_end(self) -> None:
+        self._show()
+
+    def stop(self) -> None:
+        """Leave the bar as it stands."""
+        self._bar.stop()
+
+    def _show(self) -> None:
+        speed = self._bar.tasks[0].speed
+        rate = f"{speed:,.0f} steps/s" if speed else ""
+        self._bar.update(self._task, completed=self.model.num_timesteps, rate=rate)

@@ -1,0 +1,32 @@
+"""How good a policy is while it is trained: metrics over scenarios that no test uses."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hazbot_gym.core.ssm import SsmThresholds
+from hazbot_gym.study import batch_rollout, rollout
+from hazbot_gym.study.metrics import measure
+from hazbot_gym.study.summary import means
+from hazbot_gym.study.train_config import TrainConfig, shares
+
+ROOT = 0  # of the seeds: all runs are validated on the same scenarios
+
+
+def validate(policy: Any, config: TrainConfig) -> dict[str, float | None]:
+    """Return the mean of each headline metric over a run's validation scenarios.
+
+    The name of a scenario set enters its seeds, and no set of a study has a name like these.
+
+    Args:
+        policy: With ``predict``, deterministic.
+        config: Of the run.
+    """
+    rows = []
+    episodes = shares(config.validation.episodes, len(config.env))
+    for env, each, count in zip(config.env, config.environments(), episodes, strict=True):
+        seeds = [rollout.episode_seed(ROOT, f"validation of {env}", i) for i in range(count)]
+        limit, threads = each.max_episode_steps, config.threads
+        runs = batch_rollout.run_episodes(each, policy, seeds, limit=limit, threads=threads)
+        rows += [measure(episode, SsmThresholds()) for episode, _ in runs] if seeds else []
+    return means(rows)

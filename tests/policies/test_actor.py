@@ -1,0 +1,112 @@
+"""Actors of plain arrays: by hand, and beside the models of Stable-Baselines3 they came from."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from stable_baselines3 import DQN, PPO, SAC, TD3
+from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies.actor import Actor, Layer, Normalisation
+from hazbot_gym.policies.from_sb3 import actor_of
+
+
+def layer(weight: Any, bias: Any) -> Layer:
+    return Layer(np.array(weight, np.float32), np.array(bias, np.float32))
+
+
+# --- by hand -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("activation", "head", "expected"),
+    [
+        ("tanh", "clipped", 2.0 * np.tanh(0.25) - 1.0),
+        ("relu", "clipped", -0.5),
+        ("relu", "squashed", np.tanh(-0.5)),
+    ],
+)
+def test_one_hidden_unit_is_what_it_is_by_hand(activation: str, head: str, expected: float) -> None:
+    actor = Actor((layer([[0.5], [0.0]], [0.0]), layer([[2.0]], [-1.0])), activation, head)
+    assert actor.act([0.5, 9.0]) == pytest.approx([expected])
+    assert actor.act(np.full((2, 3, 2), 0.5)).shape == (2, 3, 1)
+
+
+def test_actions_end_at_stop_and_at_nominal_speed() -> None:
+    actor = Actor((layer([[1.0]], [0.0]),), "tanh", "clipped")
+    assert actor.act([[-5.0], [0.25], [5.0]]).tolist() == [[-1.0], [0.25], [1.0]]
+
+
+def test_the_largest_value_names_a_level_of_speed() -> None:
+    actor = Actor((layer([[1, 0, 0, 0, -1]], [0, 0, 0.5, 0, 0]),), "tanh", "levels")
+    assert actor.act([[3.0], [0.0], [-3.0]]).tolist() == [[-1.0], [0.0], [1.0]]
+
+
+def test_observations_are_normalised_and_clipped_first() -> None:
+    statistics = Normalisation(np.float32([1.0]), np.float32([4.0]), clip=0.4, epsilon=0.0)
+    actor = Actor((layer([[1.0]], [0.0]),), "tanh", "clipped", statistics)
+    assert actor.act([[1.5], [9.0]]) == pytest.approx(np.array([[0.25], [0.4]]))
+
+
+def test_what_is_observed_is_left_as_it_was() -> None:
+    actor = Actor((layer(np.eye(3), [0, 0, 0]), layer([[1], [1], [1]], [0])), "tanh", "squashed")
+    observation = np.ones((4, 3), np.float32)
+    actor.act(observation)
+    assert (observation == 1.0).all()
+
+
+# --- beside torch --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("activation", [torch.nn.Tanh, torch.nn.ReLU])
+@pytest.mark.parametrize("algorithm", [PPO, SAC, TD3])
+def test_actions_are_those_of_the_model(
+    algorithm: Any, activation: Any, blank: Any, seen: Any
+) -> None:
+    model = algorithm(
+        "MlpPolicy",
+        blank(),
+        seed=0,
+        device="cpu",
+        policy_kwargs={"net_arch": [64, 64], "activation_fn": activation},
+    )
+    with torch.no_grad():
+        for parameter in model.policy.parameters():
+            parameter.mul_(3.0)  # also beyond where actions are clipped
+    expected, _ = model.predict(seen(), deterministic=True)
+    assert actor_of(model).act(seen()) == pytest.approx(expected, abs=1e-5)
+    assert np.std(expected) > 0.01
+
+
+@pytest.mark.parametrize("algorithm", [PPO, DQN])
+def test_levels_are_those_of_the_model(algorithm: Any, blank: Any, seen: Any) -> None:
+    model = algorithm("MlpPolicy", blank("sonar", levels=5), seed=0, device="cpu")
+    expected, _ = model.predict(seen("sonar"), deterministic=True)
+    actions = actor_of(model).act(seen("sonar"))
+    assert actions[:, 0] == pytest.approx(expected / 2.0 - 1.0)
+    assert len(set(expected.tolist())) > 1
+
+
+def test_normalised_actions_are_those_of_the_model_behind_vecnormalize(
+    blank: Any, seen: Any
+) -> None:
+    envs = VecNormalize(DummyVecEnv([blank]), clip_obs=2.0)
+    envs.obs_rms.update(seen() * 0.5 + 0.2)
+    model = PPO("MlpPolicy", envs, seed=0, device="cpu")
+    raw = seen()
+    expected, _ = model.predict(envs.normalize_obs(raw), deterministic=True)
+    assert actor_of(model, envs).act(raw) == pytest.approx(expected, abs=1e-5)
+    assert actor_of(model).act(raw) != pytest.approx(expected, abs=1e-2)
+
+
+def test_what_has_no_plain_form_is_refused_in_one_line(blank: Any) -> None:
+    odd = PPO("MlpPolicy", blank(), policy_kwargs={"activation_fn": torch.nn.ELU}, device="cpu")
+    with pytest.raises(InvalidInput, match="^export: given layers elu; allowed are tanh or relu$"):
+        actor_of(odd)
+    stranger = type("RecurrentPPO", (), {"policy": None})()
+    with pytest.raises(InvalidInput, match="^export: RecurrentPPO has no plain form"):
+        actor_of(stranger)

@@ -1,0 +1,161 @@
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies.actor import Actor, Layer, Normalisation
+from hazbot_gym.policies.actor_file import Trained, card, describe, read, write
+from hazbot_gym.task.observation import LAYOUTS
+
+
+def some_actor(width: int = 48, hidden: int = 64, statistics: bool = False) -> Actor:
+    rng = np.random.default_rng(0)
+    sizes = (width, hidden, hidden, 1)
+    layers = tuple(
+        Layer(rng.normal(size=shape).astype(np.float32), np.ones(shape[1], np.float32))
+        for shape in pairwise(sizes)
+    )
+    rows = np.float32(rng.uniform(1, 2, (2, width)))
+    return Actor(
+        layers, "tanh", "clipped", Normalisation(*rows, 10.0, 1e-8) if statistics else None
+    )
+
+
+@pytest.fixture
+def trained() -> Trained:
+    return describe(some_actor(), algorithm="PPO", tier="tracks", results={"return": 12.5})
+
+
+def written(trained: Trained, folder: Path, name: str = "policy.npz") -> Path:
+    path = folder / name
+    with path.open("wb") as file:
+        write(trained, file)
+    return path
+
+
+@pytest.mark.parametrize("statistics", [False, True])
+def test_an_actor_comes_back_as_it_was_written(statistics: bool, tmp_path: Path) -> None:
+    actor = some_actor(statistics=statistics)
+    path = written(describe(actor, algorithm="PPO", tier="tracks"), tmp_path)
+    found = read(path)
+    observations = np.random.default_rng(1).uniform(-1, 1, (50, 48))
+    assert np.array_equal(found.actor.act(observations), actor.act(observations))
+    assert found.about["algorithm"] == "PPO"
+    assert path.stat().st_size < 200_000
+
+
+def test_the_file_says_what_the_actor_sees_and_reached(trained: Trained, tmp_path: Path) -> None:
+    about = read(written(trained, tmp_path)).about
+    assert [field["name"] for field in about["observation"]] == list(LAYOUTS["tracks"].names)
+    assert set(about["observation"][0]) == {"name", "unit", "low", "high", "scale"}
+    assert about["results"] == {"return": 12.5}
+
+
+def test_reading_asks_numpy_for_no_pickle(tmp_path: Path) -> None:
+    path = tmp_path / "evil.npz"
+    np.savez(path, about=np.array([{"format": 1}], object))
+    with pytest.raises(InvalidInput, match="is damaged, or no trained policy"):
+        read(path)
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"name": "left_m"}, "entry 3 was left_m in 0..4 m / 4, now it is range_"),
+        ({"unit": "cm"}, "entry 3 was range_.* in 0..4 cm / 4"),
+        ({"high": 5.0}, "entry 3 was range_.* in 0..5 m / 4, now"),
+        ({"low": -1.0}, "entry 3 was range_.* in -1..4 m / 4, now"),
+        ({"scale": 5.0}, "entry 3 was range_.* in 0..4 m / 5, now"),
+    ],
+)
+def test_another_observation_table_is_refused_by_the_field_that_differs(
+    change: dict[str, Any], complaint: str, trained: Trained, tmp_path: Path
+) -> None:
+    trained.about["observation"][3] |= change
+    with pytest.raises(InvalidInput, match=f"another observation: {complaint}") as caught:
+        read(written(trained, tmp_path))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_table_of_another_length_is_refused(trained: Trained, tmp_path: Path) -> None:
+    trained.about["observation"].pop()
+    with pytest.raises(InvalidInput, match="it had 47 entries, now it has 48"):
+        read(written(trained, tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"format": 99}, "has format 99, allowed is 1"),
+        ({"tier": "radar"}, "has tier 'radar', allowed are sonar, tracks, privileged"),
+        ({"activation": "elu"}, "is damaged, or no trained policy"),
+        ({"action": "levels"}, "is damaged, or no trained policy"),
+    ],
+)
+def test_a_description_that_cannot_be_used_is_one_line(
+    change: dict[str, Any], complaint: str, trained: Trained, tmp_path: Path
+) -> None:
+    trained.about.update(change)
+    with pytest.raises(InvalidInput, match=complaint):
+        read(written(trained, tmp_path))
+
+
+def test_damaged_files_are_one_line_wherever_the_damage_is(
+    trained: Trained, tmp_path: Path
+) -> None:
+    path = written(trained, tmp_path)
+    whole = path.read_bytes()
+    for place in np.linspace(0, len(whole) - 1, 40).astype(int):
+        path.write_bytes(whole[:place])  # cut short
+        with pytest.raises(InvalidInput, match=r"policy\.npz' is damaged") as caught:
+            read(path)
+        assert "\n" not in str(caught.value)
+    middle = len(whole) // 2  # inside a compressed array
+    path.write_bytes(
+        whole[:middle] + bytes(b ^ 0xFF for b in whole[middle : middle + 8]) + whole[middle + 8 :]
+    )
+    with pytest.raises(InvalidInput, match=r"policy\.npz' is damaged"):
+        read(path)
+
+
+def test_weights_that_do_not_fit_or_are_no_numbers_are_refused(tmp_path: Path) -> None:
+    actor = some_actor()
+    first, *others = actor.layers
+    odd = Layer(np.ones((7, 1), np.float32), np.ones(1, np.float32))
+    broken = first.weight.copy()
+    broken[0, 0] = np.nan
+    for layers in ([Layer(broken, first.bias), *others], [first, odd]):
+        bad = describe(actor._replace(layers=tuple(layers)), algorithm="PPO", tier="tracks")
+        with pytest.raises(InvalidInput, match="is damaged"):
+            read(written(bad, tmp_path))
+
+
+def test_a_missing_file_is_one_line(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match=r"^policy: there is no file '.*nowhere\.npz'$"):
+        read(tmp_path / "nowhere.npz")
+
+
+def test_an_actor_is_described_for_the_tier_of_its_width_only() -> None:
+    with pytest.raises(
+        InvalidInput, match="sonar observations have 12 entries, the actor takes 48"
+    ):
+        describe(some_actor(), algorithm="PPO", tier="sonar")
+    with pytest.raises(InvalidInput, match="^tier: given 'radar', allowed are sonar, tracks"):
+        describe(some_actor(), algorithm="PPO", tier="radar")
+
+
+def test_the_card_tells_how_to_use_it_and_what_it_reached(trained: Trained) -> None:
+    text = card(trained, "mine")
+    for part in (
+        "# mine",
+        "PPO",
+        "48 -> 64 -> 64 -> 1",
+        "learned:path=mine.npz",
+        "| return | 12.5",
+    ):
+        assert part in text

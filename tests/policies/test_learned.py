@@ -1,0 +1,130 @@
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from stable_baselines3 import DQN, PPO
+
+from hazbot_gym import policies
+from hazbot_gym.errors import InvalidInput, MissingExtra
+from hazbot_gym.policies import learned
+from hazbot_gym.policies.actor import Actor, Layer
+from hazbot_gym.policies.actor_file import describe, write
+from hazbot_gym.task.observation import LAYOUTS
+
+
+def save(path: Path, tier: str, bias: float) -> Path:
+    """Write an actor that always answers the same."""
+    width = LAYOUTS[tier].width
+    layer = Layer(np.zeros((width, 1), np.float32), np.array([bias], np.float32))
+    with path.open("wb") as file:
+        write(describe(Actor((layer,), "tanh", "clipped"), algorithm="PPO", tier=tier), file)
+    return path
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return save(tmp_path / "policy.npz", "tracks", 0.25)
+
+
+@pytest.fixture
+def shipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    folder = tmp_path / "shipped"
+    folder.mkdir()
+    monkeypatch.setattr(learned, "SHIPPED", folder)
+    return folder
+
+
+@pytest.mark.parametrize("form", ["learned:path={}", "learned:{}"])
+def test_a_trained_policy_is_made_from_its_file(form: str, file: Path) -> None:
+    policy = policies.make(form.format(file))
+    assert isinstance(policy, policies.Policy)
+    one, state = policy.predict(np.zeros(48, np.float32), state="kept")
+    many, _ = policy.predict(np.zeros((3, 48), np.float32))
+    assert (one.tolist(), state) == ([0.25], "kept")
+    assert many.tolist() == [[0.25]] * 3
+    assert one.dtype == np.float32
+
+
+def test_it_needs_no_torch(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("torch", "stable_baselines3", "sb3_contrib"):
+        monkeypatch.setitem(sys.modules, name, None)
+    policies.make(f"learned:{file}").predict(np.zeros(48, np.float32))
+
+
+def test_another_tier_and_drawn_actions_are_refused_in_one_line(file: Path) -> None:
+    policy = policies.make(f"learned:{file}")
+    with pytest.raises(InvalidInput, match="^tier: given observations of 12 entries, .* tracks"):
+        policy.predict(np.zeros(12, np.float32))
+    with pytest.raises(InvalidInput, match="^deterministic: given False"):
+        policy.predict(np.zeros(48, np.float32), deterministic=False)
+
+
+@pytest.mark.parametrize(
+    ("spec", "complaint"),
+    [
+        ("learned:nowhere.npz", "there is no file 'nowhere.npz'"),
+        ("learned:{here}", "is damaged, or no trained policy of hazbot_gym"),
+        ("learned:model.zip", "runs code that is in it; .*--allow-pickle"),
+        ("learned:nowhere.zip,allow_pickle=true", "no model that Stable-Baselines3 saved"),
+        ("learned", "path"),
+        ("learned:a.npz,allow_pickle=perhaps", "allow_pickle = 'perhaps' is not allowed"),
+    ],
+)
+def test_mistakes_are_one_line(spec: str, complaint: str) -> None:
+    with pytest.raises(InvalidInput, match=complaint) as caught:
+        policies.make(spec.format(here=__file__))
+    assert "\n" not in str(caught.value)
+
+
+# --- zips of Stable-Baselines3 -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("algorithm", "levels"), [(PPO, 0), (DQN, 5)])
+def test_a_zip_is_loaded_where_that_is_allowed(
+    algorithm: Any, levels: int, tmp_path: Path, blank: Any, seen: Any
+) -> None:
+    model = algorithm("MlpPolicy", blank(levels=levels), seed=0, device="cpu")
+    model.save(tmp_path / "model.zip")
+    policy = policies.make(f"learned:{tmp_path / 'model.zip'},allow_pickle=true")
+    expected, _ = model.predict(seen(), deterministic=True)
+    actions, _ = policy.predict(seen())
+    assert actions == pytest.approx(expected[:, None] / 2 - 1 if levels else expected)
+    with pytest.raises(InvalidInput, match="^tier: given observations of 12 entries"):
+        policy.predict(np.zeros(12, np.float32))
+    with pytest.raises(InvalidInput, match="^deterministic: given False"):
+        policy.predict(np.zeros(48, np.float32), deterministic=False)
+
+
+def test_a_zip_without_the_extra_names_it(
+    blank: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    PPO("MlpPolicy", blank(), device="cpu").save(tmp_path / "model.zip")
+    monkeypatch.setitem(sys.modules, "stable_baselines3", None)
+    with pytest.raises(MissingExtra, match=r"pip install 'hazbot-gym\[train\]'"):
+        policies.make(f"learned:{tmp_path / 'model.zip'},allow_pickle=true")
+
+
+# --- the shipped ones ----------------------------------------------------------------------------
+
+
+def test_ppo_is_the_shipped_policy_of_the_tier(shipped: Path) -> None:
+    save(shipped / "ppo_tracks.npz", "tracks", 0.5)
+    save(shipped / "ppo_sonar.npz", "sonar", -0.5)
+    policy = policies.make("ppo")
+    assert policy.predict(np.zeros((2, 48), np.float32))[0].tolist() == [[0.5], [0.5]]
+    assert policy.predict(np.zeros(12, np.float32))[0].tolist() == [-0.5]
+
+
+def test_a_tier_that_none_is_shipped_for_is_one_line(shipped: Path) -> None:
+    save(shipped / "ppo_tracks.npz", "tracks", 0.5)
+    with pytest.raises(InvalidInput, match="^tier: given sonar, for which no 'ppo' is shipped$"):
+        policies.make("ppo").predict(np.zeros(12, np.float32))
+
+
+def test_no_shipped_policy_is_one_line(shipped: Path) -> None:
+    with pytest.raises(InvalidInput, match="^policy: 'ppo' is not shipped with this version"):
+        policies.make("ppo")

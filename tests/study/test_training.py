@@ -1,0 +1,189 @@
+"""Training runs of every algorithm with tiny budgets: files, seeds, resuming, refusals."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from hazbot_gym import policies
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.study import training
+from hazbot_gym.study.train_config import TrainConfig, load_training
+from hazbot_gym.study.training import Result, train
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+SHORT = {"max_episode_steps": 20}
+ON_POLICY: dict[str, Any] = {"n_steps": 16, "batch_size": 32, "n_epochs": 1}
+OFF_POLICY: dict[str, Any] = {
+    "batch_size": 16,
+    "learning_starts": 50,
+    "buffer_size": 200,
+    "gradient_steps": 1,
+}
+TINY: dict[str, Any] = {
+    "worlds": 4,
+    "steps": 384,
+    "validation": {"every_steps": 100, "episodes": 2},
+}
+
+
+def tiny(name: str = "ppo", **changes: Any) -> TrainConfig:
+    """Return the run of a config file, as small as it gets."""
+    config = load_training(CONFIGS / f"{name}.yaml")
+    small = ON_POLICY if "ppo" in name else OFF_POLICY
+    values = {
+        **TINY,
+        "overrides": {**config.overrides, **SHORT},
+        "options": {**config.options, **small},
+        "network": {**config.network, "net_arch": [4]},
+    }
+    return load_training(CONFIGS / f"{name}.yaml", **{**values, **changes})
+
+
+def weights(result: Result) -> dict[str, Any]:
+    return {name: value.numpy() for name, value in result.model.policy.state_dict().items()}
+
+
+def are_equal(one: Result, other: Result) -> bool:
+    pairs = zip(weights(one).values(), weights(other).values(), strict=True)
+    return all(np.array_equal(mine, others) for mine, others in pairs)
+
+
+ALL = ["ppo", "ppo_sonar", "sac", "td3", "dqn", "recurrent_ppo"]
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_every_config_trains_and_leaves_a_policy_that_drives(name: str, tmp_path: Path) -> None:
+    result = train(tiny(name), tmp_path / "run")
+    spec = f"learned:{result.policy}"
+    policy = policies.make(spec + ",allow_pickle=true" if name == "recurrent_ppo" else spec)
+    width = result.model.observation_space.shape[0]
+    actions, _ = policy.predict(np.zeros((3, width), np.float32))
+    assert actions.shape == (3, 1)
+    assert {path.name for path in (tmp_path / "run").iterdir()} >= {
+        "manifest.json",
+        "result.json",
+        "checkpoints",
+        "tensorboard",
+    }
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_an_interrupted_run_ends_with_the_weights_of_one_that_was_not(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    unbroken = train(tiny(name), tmp_path / "unbroken")
+    calls, validate = [], training.validate
+
+    def interrupt(*arguments: Any) -> Any:
+        calls.append(arguments)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return validate(*arguments)
+
+    monkeypatch.setattr(training, "validate", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        train(tiny(name), tmp_path / "broken")
+    told = io.StringIO()
+    resumed = train(tiny(name), tmp_path / "broken", resume=True, console=Console(file=told))
+    assert "the run goes on from step 1" in told.getvalue()
+    found = json.loads((tmp_path / "broken" / "result.json").read_text())
+    assert len(calls) == len(found["validations"]) + 1 > 3
+    assert are_equal(resumed, unbroken)
+    assert resumed.best == unbroken.best
+
+
+def test_equal_seeds_give_equal_weights_and_others_do_not(tmp_path: Path) -> None:
+    one, same, other = (
+        train(tiny(seed=seed), tmp_path / name) for name, seed in (("a", 3), ("b", 3), ("c", 4))
+    )
+    assert are_equal(one, same)
+    assert not are_equal(one, other)
+
+
+def test_a_finished_run_is_not_trained_again(tmp_path: Path) -> None:
+    first = train(tiny(), tmp_path)
+    written = (tmp_path / "policy.npz").read_bytes()
+    again = train(tiny(), tmp_path, resume=True)
+    assert are_equal(again, first)
+    assert again.best == first.best
+    assert (tmp_path / "policy.npz").read_bytes() == written
+
+
+def test_a_damaged_checkpoint_is_passed_over_and_said_so(tmp_path: Path) -> None:
+    first = train(tiny(), tmp_path)
+    newest = max((tmp_path / "checkpoints").iterdir())
+    newest.write_bytes(newest.read_bytes()[:-100])
+    told = io.StringIO()
+    again = train(tiny(), tmp_path, resume=True, console=Console(file=told, width=200))
+    assert f"checkpoint {newest.name} is damaged, the one before it is used" in told.getvalue()
+    assert are_equal(again, first)
+
+
+def test_the_best_model_on_validation_is_the_one_that_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    returns = iter([1.0, 3.0, 2.0, 2.5])
+    monkeypatch.setattr(training, "validate", lambda *_: {"return": next(returns)})
+    result = train(tiny(), tmp_path)
+    found = json.loads((tmp_path / "result.json").read_text())
+    assert [each["return"] for each in found["validations"]] == [1.0, 3.0, 2.0, 2.5]
+    assert result.best["return"] == found["best"]["return"] == 3.0
+    about = policies.make(f"learned:{result.policy}")._policy.about  # type: ignore[attr-defined]
+    assert about["results"] == {"return": 3.0, "step": found["validations"][1]["step"]}
+    assert about["training"] == json.loads((tmp_path / "manifest.json").read_text())
+
+
+@pytest.mark.slow
+def test_the_pymunk_engine_trains_too(tmp_path: Path) -> None:
+    result = train(tiny(engine="pymunk", worlds=2, steps=64), tmp_path)
+    assert result.model.num_timesteps == 64
+
+
+def test_several_environments_are_trained_on_side_by_side(tmp_path: Path) -> None:
+    env = ["hazbot_gym/Corridor-v0", "hazbot_gym/Doorway-v0"]
+    assert train(tiny(env=env), tmp_path).best["return"] is not None
+
+
+def test_tensorboard_has_terms_outcomes_and_validation(tmp_path: Path) -> None:
+    from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+    train(tiny(), tmp_path)
+    curves = EventAccumulator(str(tmp_path / "tensorboard")).Reload().Tags()["scalars"]
+    assert {
+        "episode/return",
+        "episode/time_ratio",
+        "episode/mean_speed_mps",
+        "episode/cost",
+        "reward_terms/intrusion",
+        "outcome/arrived",
+        "validation/return",
+        "train/loss",
+    } <= set(curves)
+
+
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        ({"options": {"n_stepz": 3}}, "^options: ppo cannot use them: .*'n_stepz'"),
+        ({"options": {"batch_size": 1}}, "^options: ppo cannot use them: `batch_size` must be"),
+        ({"network": {"activation": "elu"}}, "^network.activation: given 'elu', allowed are tanh"),
+        ({"algorithm": "dqn", "options": {}}, "^options: dqn cannot use them: .*Discrete"),
+        ({"env": "CartPole-v1"}, "CartPole-v1"),
+        ({"overrides": {"tier": "radar"}}, "radar"),
+        ({"env": ["hazbot_gym/Corridor-v0"] * 5}, "^worlds: given 4, allowed is 5 or more"),
+    ],
+)
+def test_what_cannot_be_trained_is_one_line_and_writes_nothing(
+    changes: dict[str, Any], complaint: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InvalidInput, match=complaint) as caught:
+        train(tiny(**changes), tmp_path / "run")
+    assert len(str(caught.value).splitlines()) == 1
+    assert not (tmp_path / "run").exists()

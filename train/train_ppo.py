@@ -1,0 +1,30 @@
+"""Train PPO as `hazbot train` does, then compare the best policy with the fuzzy expert."""
+
+import argparse
+from pathlib import Path
+
+from rich.console import Console
+
+from hazbot_gym.study.rollout import evaluate
+from hazbot_gym.study.summary import means
+from hazbot_gym.study.train_config import load_training
+from hazbot_gym.study.training import train
+
+parser = argparse.ArgumentParser(description=__doc__)
+parser.add_argument("--config", type=Path, default=Path(__file__).parents[1] / "configs/ppo.yaml")
+parser.add_argument("--steps", type=int)
+parser.add_argument("--worlds", type=int)
+parser.add_argument("--seed", type=int, default=0)
+parser.add_argument("--episodes", type=int, default=100)
+parser.add_argument("--out", type=Path, default=Path("results/train_ppo"))
+arguments = parser.parse_args()
+
+config = load_training(
+    arguments.config, steps=arguments.steps, worlds=arguments.worlds, seed=arguments.seed
+)
+result = train(config, arguments.out, resume=True, console=Console(stderr=True))
+
+for policy in (f"learned:{result.policy}", "fuzzy_expert"):
+    found = means(evaluate(policy, config.env[0], episodes=arguments.episodes))
+    print(f"{policy}: return {found['return']:.1f}, time ratio {found['time_ratio']:.2f}, ", end="")
+    print(f"kinetic intrusion {found['kinetic_intrusion_m2']:.3f} m2")
