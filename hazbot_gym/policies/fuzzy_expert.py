@@ -128,7 +128,8 @@ class FuzzyExpert(PeopleRule):
     On the sonar tier it cannot see who is between the cones in front and those at the sides, at
     bearings from 30 to 75 deg. SPEC section 4.2 found a robot that so forgets a passing person and
     drives on within R_s; here people are carried on for a while when they leave a cone. Who comes
-    out of a blind sector, such as a side door, is seen late or only beside the robot.
+    out of a blind sector is seen late, and who stays in one on a collision course is not seen at
+    all: in the paper's geometry C90 (scenario ``C90``) the robot drives into the person.
 
     Attributes:
         rules: The 32 rules, with a stop within R_s, or the 8 printed ones and nothing else: these

@@ -8,6 +8,7 @@ import pytest
 
 from hazbot_gym import policies
 from hazbot_gym.policies.people_rule import with_people
+from hazbot_gym.study.rollout import evaluate
 from hazbot_gym.task.observation import LAYOUTS, PERSON_SLOTS
 
 SONAR, TRACKS = LAYOUTS["sonar"], LAYOUTS["tracks"]
@@ -65,6 +66,27 @@ def test_an_episode_begins_with_nobody_remembered() -> None:
 
     assert action[0, 0] < 0.0  # carried on
     assert action[1, 0] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("scenario", "tier", "outcome"),
+    [
+        ("E*", "sonar", "arrived"),
+        ("C*", "sonar", "arrived"),
+        ("C90", "tracks", "arrived"),
+        ("C90", "sonar", "contact_person"),  # at a bearing of 45 deg all the way
+    ],
+)
+def test_fuzzy_expert_on_sonar_misses_who_comes_in_the_blind_sector_alone(
+    scenario: str, tier: str, outcome: str
+) -> None:
+    (row,) = evaluate(
+        "fuzzy_expert",
+        "hazbot_gym/Corridor-v0",
+        episodes=1,
+        overrides={"scenario": scenario, "tier": tier},
+    )
+    assert row["outcome"] == outcome
 
 
 def test_nearest_people_fill_the_slots_in_the_units_of_the_tracker() -> None:
