@@ -61,7 +61,6 @@ def hazbot(*arguments: str) -> Result:
         ("eval --policy constant --set people.cuont=3", "cuont"),
         ("eval --policy constant --set tier", "tier"),
         ("eval --policy constant --set place=nowhere", "nowhere"),
-        ("eval --policy fuzzy_expert --set tier=sonar", "tracks"),
         ("eval --policy constant --env hazbot_gym/Replay-v0 --set tracks=/no/such", "/no/such"),
         ("eval --policy ppo", "ppo"),
         ("eval --policy learned:nowhere.npz", "nowhere.npz"),

@@ -2,8 +2,12 @@
 
 - ``base``: what a policy is, how one is made from its name, and their register
 - ``constant``: one speed, whatever happens
-- ``fuzzy_expert``: the paper's fuzzy strategy, the reference
+- ``stop_on_sight``: stops if something is near ahead
+- ``sonar_estimate``: people from ultrasonic readings; ``people_rule``: rules that see them so
+- ``ssm``, ``ttc``, ``fuzzy_expert``: speed and separation monitoring, a time-to-collision governor,
+  and the paper's fuzzy strategy, the reference
 - ``learned``: trained ones, from files; ``actor`` computes them, ``actor_file`` keeps them
+- ``knobs``: the one knob of each family, and sweeps over it
 """
 
 from hazbot_gym.policies.base import Policy, make, names

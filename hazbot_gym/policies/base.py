@@ -84,9 +84,13 @@ REGISTER = {
         "hazbot_gym.policies.ssm:Ssm",
         "speed and separation monitoring; mode=strict|directional, margin_m=, nominal_mps=",
     ),
+    "ttc": Entry(
+        "hazbot_gym.policies.ttc:Ttc",
+        "largest speed without a collision within horizon_s=; margin_m=, nominal_mps=",
+    ),
     "fuzzy_expert": Entry(
         "hazbot_gym.policies.fuzzy_expert:FuzzyExpert",
-        "the paper's fuzzy strategy; rules=, pattern=, t_norm=, release=",
+        "the paper's fuzzy strategy; rules=, pattern=, t_norm=, release=, scale=",
     ),
     "ppo": Entry(
         "hazbot_gym.policies.learned:Ppo",

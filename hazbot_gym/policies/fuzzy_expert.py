@@ -9,18 +9,20 @@ from __future__ import annotations
 
 import math
 from functools import cache, cached_property
-from typing import Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
+from annotated_types import Gt
 from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
 from hazbot_gym.core.fuzzy import SpeedRules, kept_fraction
 from hazbot_gym.core.jit import lean_kernel, scalar
 from hazbot_gym.core.state import CROSSING, NO_PATTERN, PATTERN_NAMES, Floats, Ints
-from hazbot_gym.errors import InvalidInput, MissingExtra
-from hazbot_gym.policies.base import Observations, Rule
-from hazbot_gym.task.observation import layout_of
+from hazbot_gym.errors import MissingExtra
+from hazbot_gym.policies.base import Observations
+from hazbot_gym.policies.people_rule import PeopleRule
+from hazbot_gym.task.observation import PERSON_SLOTS, layout_of
 
 # --- terms and rules -----------------------------------------------------------------------------
 
@@ -107,26 +109,27 @@ class Columns(NamedTuple):
     """Where an observation holds what the strategy reads of each person."""
 
     index: Ints  # (K, fields)
-    scale: Floats  # (K, fields) to physical units
+    units: Floats  # (K, fields) factors to physical units
 
 
 @cache
 def _columns(width: int) -> Columns:
     layout = layout_of(np.empty(width))
-    people = [i for i in range(width) if f"person{i}_present" in layout.names]
-    if not people:
-        raise InvalidInput(
-            "tier: the policy fuzzy_expert needs to see people, given are sonar observations; "
-            "allowed are tier tracks and privileged"
-        )
-    index = [[layout.names.index(f"person{i}_{name}") for name in PERSON_FIELDS] for i in people]
-    scale = [[layout.fields[column].scale for column in row] for row in index]
-    return Columns(np.array(index), np.array(scale))
+    slots = range(PERSON_SLOTS)
+    index = [[layout.names.index(f"person{i}_{name}") for name in PERSON_FIELDS] for i in slots]
+    units = [[layout.fields[column].scale for column in row] for row in index]
+    return Columns(np.array(index), np.array(units))
 
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid"))
-class FuzzyExpert(Rule):
-    """The paper's strategy on tracked people.
+class FuzzyExpert(PeopleRule):
+    """The paper's strategy, on tracked people or on those of ``sonar_estimate``.
+
+    On the sonar tier it cannot see who is between the cones in front and those at the sides, at
+    bearings from 30 to 75 deg. SPEC section 4.2 found a robot that so forgets a passing person and
+    drives on within R_s; here people are carried on for a while when they leave a cone. Who comes
+    out of a blind sector is seen late, and who stays in one on a collision course is not seen at
+    all: in the paper's geometry C90 (scenario ``C90``) the robot drives into the person.
 
     Attributes:
         rules: The 32 rules, with a stop within R_s, or the 8 printed ones and nothing else: these
@@ -135,12 +138,14 @@ class FuzzyExpert(Rule):
         t_norm: How a rule's premises are joined.
         release: Whether somebody behind and receding beyond R_s counts as nobody. Without it the
             speed recovers with distance, gradually as in the paper.
+        scale: Distances at which it answers, in multiples of the paper's; the knob of the family.
     """
 
     rules: Literal["complete32", "literal8"] = "complete32"
     pattern: Literal["crisp", "gaussian"] = "crisp"
     t_norm: Literal["min", "product"] = "min"
     release: bool = False
+    scale: Annotated[float, Gt(0)] = 1.0
 
     @cached_property
     def controller(self) -> SpeedRules:
@@ -164,7 +169,7 @@ class FuzzyExpert(Rule):
         """Return the slowest answer to any person; see ``base.Rule``."""
         rows = np.atleast_2d(np.ascontiguousarray(observation, np.float32))
         kept = np.empty(len(rows), np.float32)
-        _answer(rows, _columns(rows.shape[1]), self.controller, self.release, kept)
+        _answer(rows, _columns(rows.shape[1]), self.controller, self.release, self.scale, kept)
         return kept.reshape(np.shape(observation)[:-1])
 
 
@@ -188,18 +193,23 @@ def _pattern(row: Observations, index: Ints) -> int:
 
 @lean_kernel
 def _answer(
-    rows: Observations, columns: Columns, controller: SpeedRules, release: bool, out: Observations
+    rows: Observations,
+    columns: Columns,
+    controller: SpeedRules,
+    release: bool,
+    scale: float,
+    out: Observations,
 ) -> None:
     """Write the smallest kept fraction beside any person for each observation: (N, n) to (N,)."""
-    index, scale = columns.index, columns.scale
+    index, units = columns.index, columns.units
     for i in range(rows.shape[0]):
         kept, row = 1.0, rows[i]
         for k in range(index.shape[0]):
-            present = row[index[k, 0]] * scale[k, 0]
-            distance_m = row[index[k, 1]] * scale[k, 1]
-            speed_mps = row[index[k, 2]] * scale[k, 2]
-            bearing_cos = row[index[k, 3]] * scale[k, 3]
-            closing_mps = row[index[k, 4]] * scale[k, 4]
+            present = row[index[k, 0]] * units[k, 0]
+            distance_m = row[index[k, 1]] * units[k, 1] / scale
+            speed_mps = row[index[k, 2]] * units[k, 2]
+            bearing_cos = row[index[k, 3]] * units[k, 3]
+            closing_mps = row[index[k, 4]] * units[k, 4]
             if _person_counts(present, bearing_cos, closing_mps, distance_m, release):
                 pattern = _pattern(row, index[k, 5:])
                 kept = min(kept, kept_fraction(distance_m, speed_mps, pattern, controller))

@@ -3,7 +3,8 @@
 ``strict`` takes everybody for approaching at 1.6 m/s, as ISO 13855 asks where nothing is measured.
 ``directional`` takes the speed with which each person really approaches along the line of sight,
 and nothing for people who walk away. In narrow places the first all but stands; the second is what
-a careful engineer would build. Needs to see people. Formula and source: ``core/ssm.py``.
+a careful engineer would build. On the sonar tier both see the people of ``sonar_estimate``, and
+nobody in its blind sectors. Formula and source: ``core/ssm.py``.
 """
 
 from __future__ import annotations
@@ -17,13 +18,13 @@ from pydantic.dataclasses import dataclass
 
 from hazbot_gym.core.ssm import SsmThresholds, permitted_speed
 from hazbot_gym.core.state import PERSON_RADIUS_M, ROBOT_RADIUS_M, Floats
-from hazbot_gym.errors import InvalidInput
-from hazbot_gym.policies.base import Observations, Rule
+from hazbot_gym.policies.base import Observations
+from hazbot_gym.policies.people_rule import PeopleRule
 from hazbot_gym.task.observation import PERSON_SLOTS, layout_of
 
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid"))
-class Ssm(Rule):
+class Ssm(PeopleRule):
     """Drives at the largest speed whose protective separation distance is kept to everybody."""
 
     mode: Literal["strict", "directional"] = "strict"
@@ -31,15 +32,8 @@ class Ssm(Rule):
     nominal_mps: Annotated[float, Gt(0)] = 0.5  # speed of action +1
 
     def speed_share(self, observation: Observations) -> Floats:
-        """Return the share that the strictest person permits; see ``base.Rule``.
-
-        Raises:
-            InvalidInput: The observation has no person fields.
-        """
-        layout = layout_of(observation)
-        if layout.tier == "sonar":
-            raise InvalidInput("policy ssm: given tier sonar, allowed are tracks, privileged")
-        seen = layout.decode(observation)
+        """Return the share that the strictest person permits; see ``base.Rule``."""
+        seen = layout_of(observation).decode(observation)
         permitted = [self._beside(seen, i) for i in range(PERSON_SLOTS)]
         return np.clip(np.min(permitted, axis=0) / self.nominal_mps, 0.0, 1.0)
 

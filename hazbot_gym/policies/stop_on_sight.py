@@ -1,7 +1,8 @@
 """The rule of the simplest mobile robots: stop if something is near ahead, go on when it is gone.
 
 Two thresholds instead of one keep it from stuttering (hysteresis). It looks at the two ultrasonic
-sensors in front alone, so it takes walls for people, and does not see who comes from the side.
+sensors in front alone, so it takes walls for people, and does not see who comes from the side: who
+asks it to keep farther away than the cones meet the side walls makes it stand for ever.
 """
 
 from __future__ import annotations
@@ -18,17 +19,24 @@ from hazbot_gym.core.state import Floats
 from hazbot_gym.policies.base import Actions, Observations, speed_action
 from hazbot_gym.task.observation import layout_of
 
+HYSTERESIS_M = 0.4
+
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid"))
 class StopOnSight:
-    """Stops below one distance ahead and drives on at nominal speed above another."""
+    """Stops below one distance ahead and drives on at nominal speed above another.
+
+    Attributes:
+        stop_m: Reading below which it stops; the knob of the family.
+        resume_m: Reading from which on it drives again; ``HYSTERESIS_M`` more if not given.
+    """
 
     stop_m: Annotated[float, Gt(0)] = 0.8
-    resume_m: Annotated[float, Gt(0)] = 1.2
+    resume_m: Annotated[float, Gt(0)] | None = None
 
     @model_validator(mode="after")
     def _resumes_farther_away(self) -> StopOnSight:
-        if self.resume_m < self.stop_m:
+        if self.resume_m is not None and self.resume_m < self.stop_m:
             raise ValueError(f"must be at least stop_m = {self.stop_m}")
         return self
 
@@ -47,7 +55,8 @@ class StopOnSight:
         was_stopped = np.zeros(ahead_m.shape, np.bool_) if state is None else np.asarray(state)
         if episode_start is not None:
             was_stopped = was_stopped & ~np.asarray(episode_start).reshape(ahead_m.shape)
-        is_stopped = np.where(was_stopped, ahead_m < self.resume_m, ahead_m < self.stop_m)
+        resume_m = self.stop_m + HYSTERESIS_M if self.resume_m is None else self.resume_m
+        is_stopped = np.where(was_stopped, ahead_m < resume_m, ahead_m < self.stop_m)
         return speed_action(np.where(is_stopped, 0.0, 1.0)), is_stopped
 
 

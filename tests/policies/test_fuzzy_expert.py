@@ -14,7 +14,6 @@ from skfuzzy import control
 from hazbot_gym.core.fuzzy import kept_fraction, kept_fractions
 from hazbot_gym.core.geometry import straight_path
 from hazbot_gym.core.state import NO_PATTERN, PATTERN_NAMES, ROBOT, TRACK, Floats, records
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.fuzzy_expert import (
     KEPT_TERMS,
     PATTERN_TERMS,
@@ -260,9 +259,12 @@ def test_compiled_answer_is_that_of_the_formulas_for_observations_as_they_come(
         assert actions[:, 0] == pytest.approx(2.0 * expected - 1.0, abs=1e-6)
 
 
-def test_sonar_observations_are_refused_in_one_line() -> None:
-    with pytest.raises(InvalidInput, match="given are sonar observations; allowed are tier tracks"):
-        FuzzyExpert().predict(observe(tier="sonar"))
+@pytest.mark.parametrize("scale", [0.5, 1.5])
+def test_scaled_expert_answers_at_a_distance_as_the_paper_s_at_the_scaled_one(scale: float) -> None:
+    for distance_m in (1.2, 1.8, 2.3, 2.8):
+        answer = kept_by(FuzzyExpert(), observe(Person(distance_m, 0.0, -0.5)))
+        scaled = kept_by(FuzzyExpert(scale=scale), observe(Person(distance_m * scale, 0.0, -0.5)))
+        assert scaled == pytest.approx(answer, abs=1e-6)
 
 
 def test_policy_survives_pickling() -> None:

@@ -7,7 +7,6 @@ import numpy.typing as npt
 import pytest
 
 from hazbot_gym.core.ssm import SsmThresholds, permitted_speed
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.ssm import Ssm
 from hazbot_gym.task.observation import LAYOUTS
 
@@ -70,8 +69,3 @@ def test_stacked_observations_get_an_action_each() -> None:
     assert actions.shape == (2, 1)
     assert actions[0, 0] == 1.0 > actions[1, 0]
     assert state == "kept"
-
-
-def test_without_person_fields_it_says_so() -> None:
-    with pytest.raises(InvalidInput, match="policy ssm: given tier sonar"):
-        Ssm().predict(np.zeros(LAYOUTS["sonar"].width, np.float32))

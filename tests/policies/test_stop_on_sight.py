@@ -42,6 +42,13 @@ def test_either_sensor_in_front_stops_it() -> None:
     assert StopOnSight().predict(observed(4.0, right_m=0.3))[0].item() == -1.0
 
 
+def test_resumes_a_fixed_distance_farther_away_if_not_told() -> None:
+    policy = StopOnSight(stop_m=1.0)
+    _, state = policy.predict(observed(0.9))
+    assert policy.predict(observed(1.39), state)[0].item() == -1.0
+    assert policy.predict(observed(1.41), state)[0].item() == 1.0
+
+
 def test_to_resume_nearer_than_to_stop_is_refused() -> None:
     with pytest.raises(InvalidInput, match="must be at least stop_m = 1.0"):
         policies.make("stop_on_sight:stop_m=1.0,resume_m=0.5")

@@ -240,15 +240,6 @@ def test_a_folder_of_another_study_is_refused_and_left_alone(
             },
             "radar",
         ),
-        (
-            {
-                "policies": ["fuzzy_expert"],
-                "sets": [
-                    {"name": "x", "env": "hazbot_gym/Circle-v0", "overrides": {"tier": "sonar"}}
-                ],
-            },
-            "tracks",
-        ),
     ],
 )
 def test_bad_input_shows_before_anything_is_written(

@@ -1,0 +1,47 @@
+"""The one knob of each family of rules, and values to sweep it over.
+
+A rule trades time against nearness to people, and its knob says where. One value is one point of
+that trade; to compare families, compare what they reach over all values.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from hazbot_gym.errors import InvalidInput
+
+
+class Knob(NamedTuple):
+    """An option of a policy that moves it from bold to careful."""
+
+    option: str
+    values: tuple[float, ...]  # of a sweep, the boldest first
+
+
+KNOBS = {
+    "constant": Knob("fraction", (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)),
+    "stop_on_sight": Knob("stop_m", (0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4)),
+    "ssm": Knob("margin_m", (-0.5, -0.4, -0.3, -0.2, -0.1, 0.0, 0.2, 0.4, 0.7, 1.0)),
+    "ttc": Knob("horizon_s", (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)),
+    "fuzzy_expert": Knob("scale", (0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.15, 1.3, 1.5)),
+}
+
+
+def sweep(family: str) -> list[str]:
+    """Return the policies of a family's sweep, as lines that ``base.make`` takes.
+
+    Args:
+        family: A name of ``KNOBS``, with or without other options, such as
+            ``ssm:mode=directional``.
+
+    Raises:
+        InvalidInput: There is no knob for that name, or it is among the options.
+    """
+    name, _, options = family.partition(":")
+    if name not in KNOBS:
+        raise InvalidInput(f"sweep: given {family!r}, allowed are {', '.join(KNOBS)}")
+    option, values = KNOBS[name]
+    if option in (item.partition("=")[0].strip() for item in options.split(",")):
+        raise InvalidInput(f"sweep: given {family!r}, but {option} is what the sweep sets")
+    others = f"{options}," if options else ""
+    return [f"{name}:{others}{option}={value:g}" for value in values]

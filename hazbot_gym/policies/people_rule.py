@@ -1,0 +1,60 @@
+"""Rules about people, on every tier: tracked ones, or those that four ultrasonic sensors betray.
+
+A rule is written once, for observations with people. On the sonar tier the people are put there by
+``sonar_estimate``, and what it remembers of the echoes is the policy's state.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hazbot_gym.core.state import Floats
+from hazbot_gym.policies.base import Actions, Observations, Rule, speed_action
+from hazbot_gym.policies.sonar_estimate import listen, people
+from hazbot_gym.task.observation import LAYOUTS, PERSON_SLOTS, layout_of
+
+SONAR, TRACKS = LAYOUTS["sonar"], LAYOUTS["tracks"]
+
+
+class PeopleRule(Rule):
+    """A rule whose ``speed_share`` reads the fields of people."""
+
+    def predict(
+        self,
+        observation: Observations,
+        state: Any = None,
+        episode_start: npt.NDArray[np.bool_] | None = None,
+        deterministic: bool = True,
+    ) -> tuple[Actions, Any]:
+        """Return the action; the state is None, or the echoes known so far on the sonar tier.
+
+        See ``base.Policy.predict``.
+        """
+        if layout_of(observation).tier == SONAR.tier:
+            seen = SONAR.decode(observation)
+            state = listen(seen, state, episode_start)
+            observation = with_people(observation, people(state, seen["speed_mps"]))
+        return speed_action(self.speed_share(observation)), state
+
+
+def with_people(observation: Observations, found: dict[str, Floats]) -> Observations:
+    """Return sonar observations (..., n) with the nearest people in their slots, as on tier tracks.
+
+    Args:
+        observation: Of the sonar tier.
+        found: Person fields in their units, arrays (..., any number of people).
+    """
+    full = np.zeros((*np.shape(observation)[:-1], TRACKS.width), np.float32)
+    full[..., : SONAR.width] = observation
+    is_there = found["present"] > 0.5
+    nearest = np.argsort(np.where(is_there, found["distance_m"], np.inf), axis=-1)
+    nearest = nearest[..., :PERSON_SLOTS]
+    for name, values in found.items():
+        chosen = np.take_along_axis(values * is_there, nearest, axis=-1)
+        for slot in range(PERSON_SLOTS):
+            column = TRACKS.names.index(f"person{slot}_{name}")
+            full[..., column] = chosen[..., slot] / TRACKS.fields[column].scale
+    return full

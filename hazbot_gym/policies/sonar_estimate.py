@@ -1,0 +1,204 @@
+"""People from four ultrasonic readings: what the sonar tier can know, as a tracker's fields.
+
+Each sensor has an alpha-beta filter (Kalata 1984) of its echo's range r and of u, the speed at
+which the echo's source itself comes towards the robot: r' = -(u + v cos(bearing)), with v the
+robot's own speed. What stands still has u = 0, however the robot drives.
+
+In front, an echo is the side wall where it has the range at which the cone's edge meets that wall.
+Else it is a person if its source moves, or came in from the side at a leap. What stands is taken
+for a wall until it is nearer than any wall that a path leads past. At the sides a person is what is
+nearer than the wall, and the wall is what kept its distance for a while. Who leaves a cone is
+carried on at the last speed, since the sensors are blind to bearings from 30 to 75 deg.
+
+What this cannot know: speed across the line of sight, so that everybody is taken to walk along it;
+the farther of two people in one cone; who is farther ahead than where the cones meet the side
+walls; who comes out of a blind sector; who walks beside the robot at its own speed. A wall that
+narrows the way is taken for somebody who walks ahead, since its range stays while the robot drives:
+between shelves the robot is slow for nobody. In a turn walls sweep through the cones, and only what
+is near counts as a person. The paper does not say how its robot told people from walls (SPEC A15,
+A16): all of this is our choice.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from hazbot_gym.core.state import PATTERN_NAMES, PERSON_RADIUS_M, Floats, Ints
+from hazbot_gym.core.ultrasonic import SENSOR_NAMES, SIDE_LEFT, Ultrasonic
+from hazbot_gym.task.observation import HORIZON_S, SONAR_RANGE_M
+
+Flags = npt.NDArray[np.bool_]
+
+DECISION_S = 0.1  # between two observations, which do not tell it
+ALPHA, BETA = 0.6, 0.27  # gains of r and u, critically damped: beta = 2(2 - a) - 4 sqrt(1 - a)
+LEAP_M = 0.35  # so far from what was predicted is another source; nobody comes at 3.5 m/s
+MOVING_MPS = 0.2  # almost four standard deviations of u, with the paper's noise of +-0.03 m
+SETTLED = 4  # readings of one source from which on its u is believed
+WALL_M = 0.25  # tolerance of where a wall is expected: tracking errors and noise
+NEAR_M = 0.9  # walls 0.55 m or more beside the path never give a nearer echo in front
+STEADY_S = 1.5  # what has not moved for so long is a wall
+SIDE_WALL_M = 2.0  # farther echoes from the side come out of an opening
+CARRIED_S = 2.5  # how long a person is carried on without an echo
+SAME_M = (
+    0.3  # echoes of both sensors in front that differ by less are of one person, straight ahead
+)
+TURNING_RADPS = 0.2  # yaw rate above which walls sweep through the cones in front
+
+SENSOR = Ultrasonic()
+IN_FRONT = np.arange(len(SENSOR_NAMES)) < SIDE_LEFT
+SIDE = np.array([1.0, -1.0, 1.0, -1.0])  # of the sensors; left is positive
+MOUNTED_RAD = SIDE * np.where(IN_FRONT, SENSOR.front_angle_rad, math.pi / 2)
+TO_CENTRE_M = SENSOR.mount_radius_m + PERSON_RADIUS_M  # from a range to a distance of centres
+
+
+class Echoes(NamedTuple):
+    """What is known of each sensor's echo: arrays (..., 4), in the order of the sensors."""
+
+    range_m: Floats  # filtered, or carried on
+    towards_mps: Floats  # u, the source's own speed towards the robot
+    heard: Ints  # readings of this source so far
+    steady_s: Floats  # for how long it has not moved
+    is_person: Flags
+    lost_s: Floats  # for how long a person is carried on without an echo
+    side_wall_m: Floats  # (..., 2) the reading of the wall on the left and on the right
+
+
+def listen(
+    seen: dict[str, Floats], last: Echoes | None, starts: npt.ArrayLike | None = None
+) -> Echoes:
+    """Return what is known after one more observation.
+
+    Args:
+        seen: A decoded observation, arrays (...).
+        last: What was known before, or None.
+        starts: (...) whose episode has just begun.
+    """
+    readings_m = np.stack([seen[f"range_{name}_m"] for name in SENSOR_NAMES], axis=-1)
+    first = _first(readings_m)
+    if last is None:
+        return first
+    update = _update(last, readings_m, seen)
+    if starts is None:
+        return update
+    anew = np.asarray(starts).reshape(readings_m.shape[:-1])[..., None]
+    return Echoes(*(np.where(anew, a, b) for a, b in zip(first, update, strict=True)))
+
+
+def _first(readings_m: Floats) -> Echoes:
+    """Return what one reading tells: where the side walls are, and what is too near for a wall."""
+    nothing = np.zeros_like(readings_m)
+    return Echoes(
+        range_m=readings_m,
+        towards_mps=nothing,
+        heard=np.ones(readings_m.shape, np.int64),
+        steady_s=nothing,
+        is_person=IN_FRONT & (readings_m < NEAR_M),
+        lost_s=nothing,
+        side_wall_m=readings_m[..., SIDE_LEFT:],
+    )
+
+
+def _update(last: Echoes, readings_m: Floats, seen: dict[str, Floats]) -> Echoes:
+    """Return what is known after one more reading of the same episode."""
+    own_mps = seen["speed_mps"][..., None] * np.cos(MOUNTED_RAD)
+    predicted_m = last.range_m - (last.towards_mps + own_mps) * DECISION_S
+    off_m = readings_m - predicted_m
+    is_same = np.abs(off_m) <= LEAP_M
+    is_carried = (off_m > LEAP_M) & last.is_person & (last.lost_s < CARRIED_S) & (predicted_m > 0.0)
+    is_new = ~(is_same | is_carried)
+    is_wall = ~is_carried & _is_wall(readings_m, last.side_wall_m, seen["theta_e_rad"])
+
+    range_m = np.where(is_same, predicted_m + ALPHA * off_m, predicted_m)
+    range_m = np.where(is_new | is_wall, readings_m, range_m)
+    towards_mps = last.towards_mps - np.where(is_same, BETA / DECISION_S * off_m, 0.0)
+    towards_mps = np.where(is_new | (is_wall & IN_FRONT), 0.0, towards_mps)
+    heard = np.where(is_new, 1, last.heard + is_same)
+    moves = (heard >= SETTLED) & (np.abs(towards_mps) > MOVING_MPS)
+    steady_s = np.where(is_new | moves, 0.0, last.steady_s + DECISION_S)
+
+    may_turn_up = (np.abs(seen["yaw_rate_radps"]) < TURNING_RADPS)[..., None]
+    turns_up = may_turn_up & (moves | (off_m < -LEAP_M))
+    in_front = ~is_wall & (turns_up | (last.is_person & ~is_new))
+    is_beside = ~is_wall
+    is_person = (np.where(IN_FRONT, in_front, is_beside) & (steady_s < STEADY_S)) | is_carried
+    is_person |= IN_FRONT & (readings_m < NEAR_M)
+    side_m, side_steady_s = range_m[..., SIDE_LEFT:], steady_s[..., SIDE_LEFT:]
+    is_side_wall = (side_steady_s >= STEADY_S) & (side_m < SIDE_WALL_M)
+    return Echoes(
+        range_m=range_m,
+        towards_mps=towards_mps,
+        heard=heard,
+        steady_s=steady_s,
+        is_person=is_person,
+        lost_s=np.where(is_carried, last.lost_s + DECISION_S, 0.0),
+        side_wall_m=np.where(is_side_wall, side_m, last.side_wall_m),
+    )
+
+
+def _is_wall(readings_m: Floats, side_wall_m: Floats, theta_e_rad: Floats) -> Flags:
+    """Return (..., 4) which readings are those of the side walls, or of nothing at all.
+
+    A cone's edge at the angle g to the path meets the wall, w from the rim of a robot of radius m,
+    at ``(m + w - m sin(a)) / sin(g)``, with a the angle at which the sensor is mounted.
+    """
+    m, a = SENSOR.mount_radius_m, SENSOR.front_angle_rad
+    edge_rad = a + SENSOR.half_cone_rad + SIDE[:2] * theta_e_rad[..., None]
+    front_m = (m + side_wall_m - m * math.sin(a)) / np.sin(np.maximum(edge_rad, 0.1))
+    is_front_wall = np.abs(readings_m[..., :SIDE_LEFT] - front_m) < WALL_M
+    is_side_wall = readings_m[..., SIDE_LEFT:] > side_wall_m - WALL_M
+    is_nothing = readings_m > SONAR_RANGE_M - 0.1
+    return np.concatenate([is_front_wall, is_side_wall], axis=-1) | is_nothing
+
+
+def people(echoes: Echoes, speed_mps: Floats) -> dict[str, Floats]:
+    """Return the person fields of every sensor's echo, arrays (..., 4); ``present`` where one is.
+
+    Crossing is who came in from the side and neither approaches nor leaves; confronting, whom both
+    sensors in front hear; encountering, whom one of them hears; leading, who walks away.
+
+    Args:
+        echoes: What is known of the echoes.
+        speed_mps: (...) speed of the robot.
+    """
+    u, is_person = echoes.towards_mps, echoes.is_person
+    front_m = np.where(is_person, echoes.range_m, np.inf)[..., :SIDE_LEFT]
+    nearer_m, farther_m = front_m.min(axis=-1, keepdims=True), front_m.max(axis=-1, keepdims=True)
+    is_ahead = IN_FRONT & (farther_m < nearer_m + SAME_M)
+    bearing_rad = np.where(is_ahead, 0.0, MOUNTED_RAD)
+    sine, cosine = np.sin(bearing_rad), np.cos(bearing_rad)
+    distance_m = np.maximum(echoes.range_m, 0.0) + TO_CENTRE_M
+    time_s, closest_m = _closest_approach(distance_m, sine, cosine, u, speed_mps[..., None])
+    comes, goes = u > MOVING_MPS, u < -MOVING_MPS
+    is_near = (echoes.range_m < NEAR_M) & ~goes & is_ahead
+    patterns = {
+        "crossing": ~comes & ~goes & ~is_near,
+        "encountering": comes & ~is_ahead,
+        "leading": goes,
+        "confronting": (comes & is_ahead) | is_near,
+    }
+    return {
+        "present": is_person.astype(float),
+        "distance_m": distance_m,
+        "bearing_sin": sine,
+        "bearing_cos": cosine,
+        "speed_mps": np.abs(u),
+        "closing_mps": u + speed_mps[..., None] * cosine,
+        "time_to_closest_s": time_s,
+        "closest_m": closest_m,
+        **{name: (patterns[name] & IN_FRONT).astype(float) for name in PATTERN_NAMES},
+    }
+
+
+def _closest_approach(
+    distance_m: Floats, sine: Floats, cosine: Floats, u: Floats, v: Floats
+) -> tuple[Floats, Floats]:
+    """Return time and distance of the closest approach to somebody who walks along the line."""
+    along_mps, across_mps = u + v * cosine, v * sine  # of the relative velocity
+    squared = along_mps**2 + across_mps**2
+    time_s = np.maximum(along_mps, 0.0) * distance_m / np.maximum(squared, 1e-9)
+    closest_m = np.hypot(distance_m - along_mps * time_s, across_mps * time_s)
+    return np.minimum(time_s, HORIZON_S), closest_m
