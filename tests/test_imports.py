@@ -38,8 +38,9 @@ HOMES = {
     "sb3_contrib": ("study.training", "policies.learned"),
     "pandas": ("study",),
     "pyarrow": ("study",),
-    "matplotlib": ("study",),
-    "plotly": ("study",),
+    "matplotlib": ("study.report_figures",),
+    "plotly": ("study.report_figures",),
+    "jinja2": ("study.report",),
     "numba": ("core",),
     "typer": ("cli",),
 }

@@ -4,6 +4,7 @@
     OUT/shards/*.parquet  rows of one policy in one set, a block of episodes each
     OUT/episodes.parquet  all rows
     OUT/summary.json      means and intervals, byte for byte the same for the same study
+    OUT/report.html       all of it as a page
 
 Every file is written beside its final name and then renamed. Each shard carries a stamp of all that
 its numbers depend on beyond the config (code, versions, tracks); a shard with another stamp is run
@@ -30,6 +31,7 @@ except ImportError as error:
     raise MissingExtra(error.name or "pandas", "study") from error
 
 MANIFEST, SHARDS, EPISODES, SUMMARY = "manifest.json", "shards", "episodes.parquet", "summary.json"
+REPORT = "report.html"
 _STAMP = b"hazbot_stamp"
 
 
@@ -85,7 +87,12 @@ def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
     """Write JSON with sorted keys; a number that is not finite must have become ``None`` before."""
     text = json.dumps(content, indent=2, sort_keys=True, allow_nan=False, ensure_ascii=False)
-    write_atomically(path, lambda beside: _write_text(beside, text + "\n"))
+    write_text(path, text + "\n")
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file of text."""
+    write_atomically(path, lambda beside: _fill(beside, text))
 
 
 def write_rows(path: Path, rows: list[Row], stamp: str) -> None:
@@ -98,6 +105,11 @@ def write_rows(path: Path, rows: list[Row], stamp: str) -> None:
 def write_episodes(path: Path, rows: pd.DataFrame) -> None:
     """Write the rows of a whole study as parquet."""
     write_atomically(path, lambda beside: rows.to_parquet(beside, index=False))
+
+
+def read_episodes(path: Path) -> pd.DataFrame:
+    """Return the rows of a whole study."""
+    return pd.read_parquet(path)
 
 
 def read_rows(path: Path, *, rows: int, stamp: str) -> pd.DataFrame | Missing:
@@ -126,7 +138,7 @@ def join(parts: list[pd.DataFrame]) -> pd.DataFrame:
 
 def withdraw(folder: Path) -> None:
     """Remove the results of a study, but not its shards."""
-    for name in (EPISODES, SUMMARY):
+    for name in (EPISODES, SUMMARY, REPORT):
         (folder / name).unlink(missing_ok=True)
 
 
@@ -144,5 +156,5 @@ def _identity(manifest: Path) -> str | None:
     return identity if isinstance(identity, str) else None
 
 
-def _write_text(path: Path, text: str) -> None:
+def _fill(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8")
