@@ -31,7 +31,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
 DRAWN = "families and mixed"  # all sets whose people are drawn at random, together
-RECORDED_MODELS = ("replay", "seeded")
+RECORDED = {
+    "replay": "People walk as recorded.",
+    "seeded": "People come in when, where and as fast as recorded, and react to the robot.",
+}
 
 
 class Study(NamedTuple):
@@ -123,8 +126,7 @@ def drawn_sets(study: Study) -> list[str]:
     return [
         scenarios.name
         for scenarios in study.config.all_sets
-        if not people[scenarios.name]["walkers"]
-        and people[scenarios.name]["model"] not in RECORDED_MODELS
+        if not people[scenarios.name]["walkers"] and people[scenarios.name]["model"] not in RECORDED
     ]
 
 
@@ -176,6 +178,9 @@ def describe(scenarios: ScenarioSet) -> str:
     scenario = scenarios.overrides.get("scenario")
     if scenario is not None:
         return f"The paper's geometry {scenario}: one scripted walker, an ideal drive."
+    model = scenarios.overrides.get("people", {}).get("model")
+    if model in RECORDED:
+        return RECORDED[model]
     text, _ = ENVIRONMENTS[scenarios.env.rpartition("/")[2]]
     changes = ", ".join(f"{name} = {value}" for name, value in scenarios.overrides.items())
     return f"{text} Changed: {changes}." if changes else text

@@ -81,7 +81,7 @@ def front(block: Mapping[str, Any], looks: Styles) -> Figure:
             name=policy,
             mode="markers+text" if look.is_swept else "markers",
             text=[policy.partition(":")[2]],
-            textposition="bottom left",
+            textposition="top right",
             textfont={"color": SOFT, "size": 12},
             marker={"color": look.color, "symbol": look.mark + hollow, "size": 11},
             hovertemplate="time ratio %{x:.2f}<br>kinetic intrusion %{y:.2f} m²",

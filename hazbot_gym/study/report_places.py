@@ -15,6 +15,7 @@ from hazbot_gym.study.report_replays import Replay
 MARGIN_M = 2.0  # seen around the path at least
 JUMP_M = 0.5  # further than anybody walks in a decision: another person has taken the slot
 EVERY = 3  # instants between two points of a way
+MOST_WAYS = 12  # of an episode; a recorded crowd would hide everything else
 
 Points = list[tuple[float, float]]
 
@@ -44,7 +45,7 @@ def picture(replays: Sequence[Replay], policy: str) -> Picture:
         box=(*_round(low[0], -high[1]), *_round(*(high - low))),
         walls=[_svg(wall.reshape(2, 2)) for wall in place.walls],
         path=_svg(path_points(place)),
-        episodes=[[_svg(way) for way in ways(episode)] for episode in episodes],
+        episodes=[[_svg(way) for way in _some(ways(episode))] for episode in episodes],
     )
 
 
@@ -84,6 +85,11 @@ def ways(episode: Episode) -> list[Floats]:
             if len(there) > 1:
                 found.append(np.concatenate([there[:-1:EVERY], there[-1:]]))
     return found
+
+
+def _some(found: list[Floats]) -> list[Floats]:
+    """Return ways spread evenly over all of them, no more than can be told apart."""
+    return found[:: -(-len(found) // MOST_WAYS) or 1]
 
 
 def positions(episode: Episode) -> Floats:

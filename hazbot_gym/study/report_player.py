@@ -17,7 +17,7 @@ from hazbot_gym.study.episode import VX, VY, Episode, X, Y
 from hazbot_gym.study.report_places import path_points, positions, view
 from hazbot_gym.study.report_replays import Replay
 
-NOBODY = 99_999  # where a slot for a person is empty
+NOBODY = 99_999  # where a slot for a person is empty, or nobody is near what is seen
 
 
 def pack(replays: Mapping[str, Sequence[Replay]]) -> str:
@@ -42,12 +42,18 @@ def _replay(replay: Replay) -> dict[str, Any]:
         "box": _whole(100 * np.concatenate([low, high])).tolist(),
         "walls": _whole(100 * replay.place.walls).tolist(),
         "path": _whole(100 * path).tolist(),
-        "runs": {policy: _run(episode) for policy, episode in replay.runs.items()},
+        "runs": {
+            policy: _run(episode, low - SOCIAL_M, high + SOCIAL_M)
+            for policy, episode in replay.runs.items()
+        },
     }
 
 
-def _run(episode: Episode) -> dict[str, Any]:
-    people = episode.people
+def _run(episode: Episode, low: Floats, high: Floats) -> dict[str, Any]:
+    """Pack an episode, with those people who are between two corners."""
+    places = episode.people[..., (X, Y)]
+    is_near = ((places > low) & (places < high)).all(axis=-1, keepdims=True)
+    people = np.where(is_near, episode.people, np.nan)
     facing = np.degrees(np.arctan2(people[..., VY], people[..., VX]))
     columns = np.stack([100 * people[..., X], 100 * people[..., Y], facing], axis=-1)
     return {

@@ -20,6 +20,7 @@ HEADLINE = (
     "return",
 )
 MORE_IS_BETTER = ("arrived", "return")
+UNKNOWN = "?"
 
 
 class Cell(NamedTuple):
@@ -108,12 +109,17 @@ def _title(column: Column) -> str:
     return column.title.replace("\n", " ")
 
 
+def _digits(column: Column) -> int:
+    """Return one digit more for shares than a terminal has room for: 0.4 % is not 0."""
+    return column.digits + (column.scale == 100)
+
+
 def _best(block: Mapping[str, Any], column: Column) -> set[str]:
     """Return the policies whose mean nobody's exceeds as it is shown."""
     sign = -1.0 if column.metric in MORE_IS_BETTER else 1.0
     means = {policy: result["metrics"][column.metric]["mean"] for policy, result in block.items()}
     shown = {
-        policy: sign * round(mean * column.scale, column.digits)
+        policy: sign * round(mean * column.scale, _digits(column))
         for policy, mean in means.items()
         if mean is not None
     }
@@ -124,12 +130,12 @@ def _cell(
     estimate: Mapping[str, float | None], column: Column | None, *, is_best: bool = False
 ) -> Cell:
     mean, low, high = (_number(estimate[end], column) for end in ("mean", "low", "high"))
-    return Cell(mean, f"{low} to {high}", is_best)
+    return Cell(mean, "" if mean == UNKNOWN else f"{low} to {high}", is_best)
 
 
 def _number(value: float | None, column: Column | None) -> str:
     if value is None:
-        return "?"
+        return UNKNOWN
     if column is None:
         return f"{value:.3g}"
-    return f"{value * column.scale:z.{column.digits}f}"
+    return f"{value * column.scale:z.{_digits(column)}f}"

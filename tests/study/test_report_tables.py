@@ -24,8 +24,8 @@ def test_the_headline_shows_percent_and_interval_and_marks_the_best() -> None:
     table = report_tables.headline({"a": result(0.5), "b": result(0.25)}, ("a", "b"))
     assert table.head[0] == "arrived %"
     a, b = table.lines
-    assert a.cells[0] == ("50", "25 to 75", True)  # more arrive
-    assert b.cells[0] == ("25", "0 to 50", False)
+    assert a.cells[0] == ("50.0", "25.0 to 75.0", True)  # more arrive
+    assert b.cells[0] == ("25.0", "0.0 to 50.0", False)
     assert [cell.is_best for cell in b.cells[1:6]] == [True] * 5  # less of all the rest
     assert a.cells[-1].is_best  # a larger return
 
@@ -37,7 +37,7 @@ def test_means_that_round_to_the_same_are_both_best() -> None:
 
 def test_what_is_not_known_is_shown_as_such_and_is_never_best() -> None:
     table = report_tables.headline({"a": result(None), "b": result(1.0)}, ("a", "b"))
-    assert table.lines[0].cells[0] == ("?", "? to ?", False)
+    assert table.lines[0].cells[0] == ("?", "", False)
     assert table.lines[1].cells[0].is_best
 
 

@@ -3,6 +3,7 @@
 (async () => {
   if (!("DecompressionStream" in window)) return;
   const MAX_HEIGHT = 420; // of a scene, in CSS pixels
+  const CROWD = 8; // more people have no rings, which would hide the rest
   const looks = JSON.parse(document.getElementById("looks").textContent);
   const data = await inflate(document.getElementById("replay-data").textContent);
 
@@ -101,12 +102,16 @@
 
   function drawZones(context, people) {
     const [social, personal, intimate] = data.zones_cm.map((zone) => zone + data.person_cm);
-    for (const [x, y] of people) {
-      for (const [radius, fill] of [[personal, "#d6604d1c"], [intimate, "#d6604d38"]]) {
-        disc(context, x, y, radius);
-        context.fillStyle = fill;
-        context.fill();
+    for (const [radius, fill] of [[personal, "#d6604d1c"], [intimate, "#d6604d38"]]) {
+      context.beginPath(); // one for all people, so that what overlaps is no darker
+      for (const [x, y] of people) {
+        context.moveTo(x + radius, y);
+        context.arc(x, y, radius, 0, 2 * Math.PI);
       }
+      context.fillStyle = fill;
+      context.fill();
+    }
+    for (const [x, y] of people.length > CROWD ? [] : people) {
       disc(context, x, y, social);
       context.strokeStyle = "#d6604d40";
       context.lineWidth = 3;
@@ -179,7 +184,7 @@
   }
 
   function drawTrace() {
-    const [width, height, left, base] = [trace.clientWidth, 160, 40, 134];
+    const [width, height, left, base] = [trace.clientWidth, 160, 40, 132];
     const context = begin(trace, width, height);
     const runs = panels.map(runOf);
     const top = Math.max(10, ...runs.flatMap((run) => numbers(run.speed)));
@@ -193,10 +198,10 @@
       context.fillText((speed / 100).toFixed(2), left - 6, py(speed) + 4);
     }
     context.textAlign = "center";
-    for (let tick = 0; px(tick) < width - 24; tick += 10) context.fillText(tick, px(tick), base + 16);
+    for (let tick = 0; px(tick) < width - 24; tick += 10) context.fillText(tick, px(tick), base + 22);
     context.textAlign = "right";
     context.fillText("m/s", left - 6, 11);
-    context.fillText("s", width - 1, base + 16);
+    context.fillText("s", width - 1, base + 22);
     panels.forEach((panel, i) => {
       const points = numbers(runs[i].speed).map((speed, k) => [px(k * runs[i].dt_s), py(speed)]);
       const dash = lookOf(panel).dash.split(" ").filter(Boolean).map(Number);
