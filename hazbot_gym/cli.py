@@ -61,10 +61,14 @@ def study(
     engine: Annotated[
         str | None, typer.Option(help="batched, or pymunk for the reference. [batched]")
     ] = None,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Make no page.")] = False,
 ) -> None:
     """Run policies over the same scenarios and compare them: the main job. Resumable."""
     from hazbot_gym.study import comparison, tables
     from hazbot_gym.study.config import load_study
+
+    if not no_report:
+        from hazbot_gym.study import report  # what it needs must not be missed after hours of work
 
     if workers is not None and workers < 1:
         raise InvalidInput(f"workers: given {workers}, allowed is 1 or more")
@@ -75,6 +79,18 @@ def study(
     console = _console()
     console.print(tables.study_tables(summary))
     console.print(f"Episodes, summary and manifest: {folder}", soft_wrap=True)
+    if not no_report:
+        console.print(f"Report: {report.write_report(folder)}", soft_wrap=True)
+
+
+@app.command(name="report")
+def make_report(
+    folder: Annotated[Path, typer.Argument(help="Folder of a finished study.")],
+) -> None:
+    """Make the page of a finished study anew, from what it recorded."""
+    from hazbot_gym.study import report
+
+    _console().print(f"Report: {report.write_report(folder)}", soft_wrap=True)
 
 
 @app.command()

@@ -72,6 +72,7 @@ def hazbot(*arguments: str) -> Result:
         ("train --engine steam", "engine"),
         ("train --spets 3", "--spets"),
         ("tracks /no/such/folder", "/no/such/folder"),
+        ("report /no/such/folder", "/no/such/folder"),
         ("bench --json no/such/folder/bench.json", "bench.json"),
         ("frobnicate", "frobnicate"),
     ],
@@ -153,11 +154,21 @@ def test_study_writes_its_files_and_shows_a_table(empty_folder: Path) -> None:
     (empty_folder / "tiny.yaml").write_text(
         "policies: ['constant:1.0']\nsets: [E*]\nresamples: 100\n"
     )
-    result = hazbot("study", "--config", "tiny.yaml", "--episodes", "1", "--workers", "1")
+    arguments = ["study", "--config", "tiny.yaml", "--episodes", "1", "--workers", "1"]
+    result = hazbot(*arguments, "--no-report")
     assert result.exit_code == 0, result.output
     assert "E*: 1 episode " in result.stdout
-    written = {path.name for path in (empty_folder / "results" / "study").iterdir()}
+    folder = empty_folder / "results" / "study"
+    written = {path.name for path in folder.iterdir()}
     assert written == {"manifest.json", "shards", "episodes.parquet", "summary.json"}
+
+    assert hazbot(*arguments).exit_code == 0
+    page = (folder / "report.html").read_bytes()
+    (folder / "report.html").unlink()
+    result = hazbot("report", str(folder))
+    assert result.exit_code == 0, result.output
+    assert str(folder / "report.html") in result.stdout
+    assert (folder / "report.html").read_bytes() == page
 
 
 def test_train_writes_its_run_and_goes_on_with_it_only_if_asked(empty_folder: Path) -> None:
@@ -213,7 +224,8 @@ def test_help_is_quick_and_loads_nothing_heavy() -> None:
         "import hazbot_gym.cli\n"
         "try: hazbot_gym.cli.main()\n"
         "except SystemExit as end: assert end.code == 0\n"
-        "assert {'numba', 'pymunk', 'pandas', 'pyarrow', 'torch'}.isdisjoint(sys.modules)\n"
+        "heavy = {'numba', 'pymunk', 'pandas', 'pyarrow', 'torch', 'plotly', 'jinja2'}\n"
+        "assert heavy.isdisjoint(sys.modules)\n"
     )
     subprocess.run([sys.executable, "-c", command], check=True, capture_output=True)
 

@@ -40,8 +40,9 @@ HOMES = {
     "sb3_contrib": ("study.training", "policies.from_sb3"),
     "pandas": ("study",),
     "pyarrow": ("study",),
-    "matplotlib": ("study",),
-    "plotly": ("study",),
+    "matplotlib": ("study.report_figures",),
+    "plotly": ("study.report_figures",),
+    "jinja2": ("study.report",),
     "numba": ("core",),
     "typer": ("cli",),
 }

@@ -3,5 +3,6 @@
 Read in this order: ``episode`` and ``metrics`` (one episode to one row), ``statistics``
 (intervals), ``rollout`` and ``batch_rollout`` (one policy in one environment, on either engine),
 ``config`` (what a study consists of), ``records`` (files that are never half-written), ``summary``
-and ``tables`` (rows to results), ``comparison`` (the main job). ``bench`` measures speed.
+and ``tables`` (rows to results), ``comparison`` (the main job), ``report`` (the page of a study).
+``bench`` measures speed.
 """

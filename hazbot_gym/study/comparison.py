@@ -24,7 +24,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from hazbot_gym.errors import HazbotError
 from hazbot_gym.policies.base import make as make_policy
-from hazbot_gym.study import provenance, records
+from hazbot_gym.study import files, provenance, records
 from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.metrics import Row
 from hazbot_gym.study.rollout import Block, run_block, try_out
@@ -67,12 +67,12 @@ def run_study(
     missing = _missing(shards, console)
     if missing:
         records.withdraw(out)  # results of an earlier state do not stand beside a new manifest
-        records.write_json(out / records.MANIFEST, manifest(study, environments))
+        files.write_json(out / records.MANIFEST, manifest(study, environments))
     _run(missing, workers=workers or os.cpu_count() or 1, console=console)
     rows = records.join([_read(shard) for shard in shards])
     summary = summarise(rows, study)
     records.write_episodes(out / records.EPISODES, rows)
-    records.write_json(out / records.SUMMARY, summary)
+    files.write_json(out / records.SUMMARY, summary)
     records.sweep(out)
     return summary
 

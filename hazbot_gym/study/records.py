@@ -4,6 +4,7 @@
     OUT/shards/*.parquet  rows of one policy in one set, a block of episodes each
     OUT/episodes.parquet  all rows
     OUT/summary.json      means and intervals, byte for byte the same for the same study
+    OUT/report.html       all of it as a page
 
 Every file is written beside its final name and then renamed. Each shard carries a stamp of all that
 its numbers depend on beyond the config (code, versions, tracks); a shard with another stamp is run
@@ -18,8 +19,7 @@ from typing import NamedTuple
 
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.study import files
-from hazbot_gym.study.files import write_atomically as write_atomically  # of this module too
-from hazbot_gym.study.files import write_json as write_json
+from hazbot_gym.study.files import write_atomically
 from hazbot_gym.study.metrics import Row
 
 try:
@@ -30,6 +30,7 @@ except ImportError as error:
     raise MissingExtra(error.name or "pandas", "study") from error
 
 MANIFEST, SHARDS, EPISODES, SUMMARY = "manifest.json", "shards", "episodes.parquet", "summary.json"
+REPORT = "report.html"
 _STAMP = b"hazbot_stamp"
 
 
@@ -77,6 +78,11 @@ def write_episodes(path: Path, rows: pd.DataFrame) -> None:
     write_atomically(path, lambda beside: rows.to_parquet(beside, index=False))
 
 
+def read_episodes(path: Path) -> pd.DataFrame:
+    """Return the rows of a whole study."""
+    return pd.read_parquet(path)
+
+
 def read_rows(path: Path, *, rows: int, stamp: str) -> pd.DataFrame | Missing:
     """Return the rows of a shard, or why it has to be run again.
 
@@ -103,7 +109,7 @@ def join(parts: list[pd.DataFrame]) -> pd.DataFrame:
 
 def withdraw(folder: Path) -> None:
     """Remove the results of a study, but not its shards."""
-    for name in (EPISODES, SUMMARY):
+    for name in (EPISODES, SUMMARY, REPORT):
         (folder / name).unlink(missing_ok=True)
 
 

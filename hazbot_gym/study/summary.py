@@ -73,7 +73,7 @@ def summarise(rows: pd.DataFrame, study: StudyConfig) -> Summary:
         "ssm_profile": study.ssm.profile(),
         "confidence": study.confidence,
         "reference": study.reference_policy,
-        "sets": {name: _summarise_set(block, study) for name, block in blocks.items()},
+        "sets": {name: summarise_set(block, study) for name, block in blocks.items()},
     }
 
 
@@ -93,7 +93,7 @@ def means(rows: Sequence[Row]) -> dict[str, float | None]:
     }
 
 
-def _summarise_set(rows: pd.DataFrame, study: StudyConfig) -> Summary:
+def summarise_set(rows: pd.DataFrame, study: StudyConfig) -> Summary:
     """Summarise every policy in a set (or in all sets together, each resampled by itself)."""
     grouped = {policy: group for policy, group in rows.groupby("policy", sort=False)}
     reference = grouped[study.reference_policy]

@@ -1,9 +1,10 @@
-"""A benchmark's record without the minutes that measuring takes."""
+"""A benchmark's record without the minutes that measuring takes, and a small finished study."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -20,6 +21,8 @@ from hazbot_gym.study.bench_cases import (
     WORLDS,
     batched,
 )
+from hazbot_gym.study.comparison import run_study
+from hazbot_gym.study.config import load_study
 
 
 class Clock:
@@ -63,3 +66,17 @@ def record(monkeypatch: pytest.MonkeyPatch, timed: Callable[..., Timed]) -> dict
     effort = bench.QUICK._replace(turns=2, turn_s=1e-3, evaluations=1, memory_steps=2)
     monkeypatch.setattr(bench, "EPISODES", 3)
     return bench.bench(effort._replace(is_compiling=True))
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a finished study, which tests only read."""
+    out = tmp_path_factory.mktemp("finished") / "study"
+    study = load_study(
+        policies=["fuzzy_expert", "stop_on_sight", "constant:0.5", "constant:1.0"],
+        sets=["E*", "Crossing", "Corridor"],
+        episodes=4,
+        resamples=100,
+    )
+    run_study(study, out, workers=1)
+    return out

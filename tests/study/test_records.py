@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.study import records
+from hazbot_gym.study import files, records
 
 ROWS = [
     {"policy": "constant:0.5", "episode": k, "return": 0.1 * k, "outcome": ""} for k in range(3)
@@ -61,32 +61,32 @@ def test_a_shard_of_other_code_is_outdated(tmp_path: Path) -> None:
 
 def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
     path = tmp_path / "summary.json"
-    records.write_json(path, {"a": 1})
+    files.write_json(path, {"a": 1})
 
     def fail(beside: Path) -> None:
         beside.write_text("half")
         raise RuntimeError("power cut")
 
     with pytest.raises(RuntimeError, match="power cut"):
-        records.write_atomically(path, fail)
+        files.write_atomically(path, fail)
     assert [p.name for p in tmp_path.iterdir()] == ["summary.json"]
     assert json.loads(path.read_text()) == {"a": 1}
 
 
 def test_json_is_sorted_and_refuses_what_is_not_finite(tmp_path: Path) -> None:
-    records.write_json(tmp_path / "a.json", {"b": 1, "a": {"d": None, "c": "m²"}})
+    files.write_json(tmp_path / "a.json", {"b": 1, "a": {"d": None, "c": "m²"}})
     assert (tmp_path / "a.json").read_text(encoding="utf-8") == (
         '{\n  "a": {\n    "c": "m²",\n    "d": null\n  },\n  "b": 1\n}\n'
     )
     with pytest.raises(ValueError, match="JSON"):
-        records.write_json(tmp_path / "a.json", {"x": float("nan")})
+        files.write_json(tmp_path / "a.json", {"x": float("nan")})
 
 
 def test_a_new_an_empty_and_an_own_folder_can_be_claimed(tmp_path: Path) -> None:
     records.claim(tmp_path / "new", "me")
     assert not (tmp_path / "new").exists()
     records.claim(tmp_path, "me")
-    records.write_json(tmp_path / records.MANIFEST, {"study": "me"})
+    files.write_json(tmp_path / records.MANIFEST, {"study": "me"})
     records.claim(tmp_path, "me")
 
 
@@ -119,7 +119,7 @@ def test_a_file_is_no_folder(tmp_path: Path) -> None:
 def test_a_folder_that_cannot_be_made_is_one_line(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
     with pytest.raises(InvalidInput, match="cannot write") as raised:
-        records.write_json(tmp_path / "file" / "summary.json", {})
+        files.write_json(tmp_path / "file" / "summary.json", {})
     assert "\n" not in str(raised.value)
 
 

@@ -1,0 +1,205 @@
+"""The study as one page that needs no network: ``report.html``, made from what was recorded alone.
+
+The page is drawn by the templates in ``report_page``; what they are filled with comes from
+``report_tables``, ``report_figures``, ``report_places``, ``report_replays`` and ``report_player``.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pydantic import ValidationError
+
+from hazbot_gym.envs.registration import ENVIRONMENTS
+from hazbot_gym.errors import InvalidInput, MissingExtra
+from hazbot_gym.study import records, report_figures, report_places, report_player, report_tables
+from hazbot_gym.study.config import ScenarioSet, StudyConfig
+from hazbot_gym.study.report_replays import Replay, replay_set
+from hazbot_gym.study.report_style import DASHES, MARKS, Style, styles
+from hazbot_gym.study.summary import POOLED, Summary, summarise_set
+
+try:
+    import jinja2
+except ImportError as error:
+    raise MissingExtra("jinja2", "study") from error
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+DRAWN = "families and mixed"  # all sets whose people are drawn at random, together
+RECORDED = {
+    "replay": "People walk as recorded.",
+    "seeded": "People come in when, where and as fast as recorded, and react to the robot.",
+}
+
+
+class Study(NamedTuple):
+    """A finished study as it was recorded."""
+
+    config: StudyConfig
+    manifest: Mapping[str, Any]
+    summary: Summary
+    rows: pd.DataFrame
+
+
+def write_report(folder: Path) -> Path:
+    """Make the page of a finished study, beside its results, and return where it is.
+
+    Raises:
+        InvalidInput: the folder holds no finished study.
+        HazbotError: the episodes to be shown do not give their recorded numbers again.
+    """
+    page = make_page(read(folder))
+    path = folder / records.REPORT
+    files.write_text(path, page)
+    return path
+
+
+def read(folder: Path) -> Study:
+    """Read what a finished study has left.
+
+    Raises:
+        InvalidInput: the folder holds no finished study, or one of another version.
+    """
+    try:
+        manifest = json.loads((folder / records.MANIFEST).read_text(encoding="utf-8"))
+        summary = json.loads((folder / records.SUMMARY).read_text(encoding="utf-8"))
+        rows = records.read_episodes(folder / records.EPISODES)
+        return Study(StudyConfig.model_validate(manifest["config"]), manifest, summary, rows)
+    except (OSError, ValueError, KeyError, TypeError, ValidationError) as error:
+        raise InvalidInput(
+            f"folder: given {str(folder)!r}, which holds no finished study; run hazbot study first"
+        ) from error
+
+
+def make_page(study: Study) -> str:
+    """Return the page as HTML; the same text for the same study."""
+    config, looks = study.config, styles(study.config.policies)
+    replays = {
+        scenarios.name: replay_set(config, scenarios, rows_of(study, scenarios.name))
+        for scenarios in config.all_sets
+    }
+    blocks = all_blocks(study)
+    drawn, first = drawn_sets(study), next(iter(blocks))
+    return (
+        _environment()
+        .get_template("page.html")
+        .render(
+            study=config,
+            manifest=study.manifest,
+            looks=looks,
+            looks_json={
+                policy: {"color": look.color, "dash": DASHES[look.dash]}
+                for policy, look in looks.items()
+            },
+            sets=[(each, describe(each)) for each in config.all_sets],
+            first=first,
+            pooled=drawn if first == DRAWN else [],
+            start=(drawn or list(replays))[0],
+            headline=report_tables.headline(blocks[first], config.policies),
+            beaten={name: dict(report_tables.beaten(block)) for name, block in blocks.items()},
+            plots=make_plots(study, blocks, replays, looks),
+            pictures={
+                name: report_places.picture(some, config.reference_policy)
+                for name, some in replays.items()
+            },
+            replays=report_player.pack(replays),
+            tables={
+                name: (
+                    report_tables.all_metrics(block, config.policies),
+                    report_tables.differences(block, config.policies, config.reference_policy),
+                    next(iter(block.values()))["episodes"],
+                )
+                for name, block in blocks.items()
+            },
+        )
+    )
+
+
+def drawn_sets(study: Study) -> list[str]:
+    """Return the sets whose people are drawn: no fixed walkers, no recordings."""
+    people = {name: env["people"] for name, env in study.manifest["environments"].items()}
+    return [
+        scenarios.name
+        for scenarios in study.config.all_sets
+        if not people[scenarios.name]["walkers"] and people[scenarios.name]["model"] not in RECORDED
+    ]
+
+
+def rows_of(study: Study, name: str) -> pd.DataFrame:
+    """Return what was recorded in one set, or in several together."""
+    together = {DRAWN: drawn_sets(study), POOLED: list(study.manifest["environments"])}
+    return study.rows[study.rows["scenario_set"].isin(together.get(name, [name]))]
+
+
+def all_blocks(study: Study) -> dict[str, Any]:
+    """Return the results of sets pooled and single, what matters most first."""
+    found = study.summary["sets"]
+    drawn = drawn_sets(study)
+    blocks = {}
+    if 1 < len(drawn) < len(study.config.all_sets):
+        blocks[DRAWN] = summarise_set(rows_of(study, DRAWN), study.config)
+    names = [POOLED, *(scenarios.name for scenarios in study.config.all_sets)]
+    return blocks | {name: found[name] for name in names if name in found}
+
+
+def make_plots(
+    study: Study,
+    blocks: Mapping[str, Any],
+    replays: Mapping[str, list[Replay]],
+    looks: Mapping[str, Style],
+) -> dict[str, dict[str, Any]]:
+    """Return every plot of the page: for each choice of its selector a figure."""
+    paper = {
+        scenarios.name: report_figures.PAPER_EVENTS[scenarios.overrides["scenario"]]
+        for scenarios in study.config.all_sets
+        if scenarios.overrides.get("scenario") in report_figures.PAPER_EVENTS
+    }
+    return {
+        "front": {name: report_figures.front(block, looks) for name, block in blocks.items()},
+        "distance": {
+            name: report_figures.distances(some[0].runs, looks) for name, some in replays.items()
+        },
+        "clearance": {
+            name: report_figures.clearances(rows_of(study, name), looks) for name in blocks
+        },
+    } | {
+        f"speed {name}": {name: report_figures.speeds(replays[name][0].runs, looks, events)}
+        for name, events in paper.items()
+    }
+
+
+def describe(scenarios: ScenarioSet) -> str:
+    """Return one sentence on a set."""
+    scenario = scenarios.overrides.get("scenario")
+    if scenario is not None:
+        return f"The paper's geometry {scenario}: one scripted walker, an ideal drive."
+    model = scenarios.overrides.get("people", {}).get("model")
+    if model in RECORDED:
+        return RECORDED[model]
+    text, _ = ENVIRONMENTS[scenarios.env.rpartition("/")[2]]
+    changes = ", ".join(f"{name} = {value}" for name, value in scenarios.overrides.items())
+    return f"{text} Changed: {changes}." if changes else text
+
+
+def _environment() -> jinja2.Environment:
+    """Return the templates, which escape whatever they are filled with."""
+    folder = resources.files("hazbot_gym.study") / "report_page"
+    environment = jinja2.Environment(
+        loader=jinja2.FunctionLoader(lambda name: (folder / name).read_text(encoding="utf-8")),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    environment.policies["json.dumps_kwargs"] = {"allow_nan": False, "separators": (",", ":")}
+    environment.globals |= {
+        "plotly": report_figures.library,
+        "dashes": DASHES,
+        "marks": MARKS,
+    }
+    return environment

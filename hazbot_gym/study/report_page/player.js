@@ -1,0 +1,279 @@
+"use strict";
+// Replays two policies on one scenario. Lengths are centimetres, angles degrees, times seconds.
+(async () => {
+  if (!("DecompressionStream" in window)) return;
+  const MAX_HEIGHT = 420; // of a scene, in CSS pixels
+  const CROWD = 8; // more people have no rings, which would hide the rest
+  const looks = JSON.parse(document.getElementById("looks").textContent);
+  const data = await inflate(document.getElementById("replay-data").textContent);
+
+  const player = document.getElementById("player");
+  const setSelect = player.querySelector("select.set");
+  const episodeSelect = document.getElementById("episode");
+  const play = document.getElementById("play");
+  const scrub = document.getElementById("scrub");
+  const clock = document.getElementById("clock");
+  const rate = document.getElementById("rate");
+  const trace = document.getElementById("trace");
+  const panels = [...player.querySelectorAll(".panel")].map((panel) => ({
+    select: panel.querySelector("select"),
+    canvas: panel.querySelector("canvas"),
+    end: panel.querySelector(".end"),
+  }));
+
+  let time = 0;
+  let isPlaying = false;
+  let lastFrame = 0;
+
+  async function inflate(text) {
+    const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+    return new Response(stream).json();
+  }
+
+  const series = new WeakMap();
+
+  /** Return the numbers that a list of steps stands for. */
+  function numbers(steps) {
+    if (!series.has(steps)) {
+      let sum = 0;
+      series.set(steps, steps.map((step) => (sum += step)));
+    }
+    return series.get(steps);
+  }
+
+  /** Return a series' value at a time, between two instants where both are near. */
+  function at(steps, index, near) {
+    const values = numbers(steps);
+    const i = Math.min(Math.floor(index), values.length - 1);
+    const next = values[Math.min(i + 1, values.length - 1)];
+    return Math.abs(next - values[i]) < near ? values[i] + (index % 1) * (next - values[i]) : values[i];
+  }
+
+  const replay = () => data.sets[setSelect.value][episodeSelect.selectedIndex];
+  const runOf = (panel) => replay().runs[panel.select.value];
+  const lookOf = (panel) => looks[panel.select.value];
+  const duration = (run) => (run.x.length - 1) * run.dt_s;
+  const horizon = () => Math.max(...panels.map((panel) => duration(runOf(panel))));
+
+  /** Fit a canvas to the page's pixels and return its cleared context, drawn in CSS pixels. */
+  function begin(canvas, width, height) {
+    const ratio = window.devicePixelRatio || 1;
+    const [pixelsX, pixelsY] = [Math.round(width * ratio), Math.round(height * ratio)];
+    if (canvas.width !== pixelsX || canvas.height !== pixelsY) {
+      canvas.width = pixelsX;
+      canvas.height = pixelsY;
+      canvas.style.height = `${height}px`;
+    }
+    const context = canvas.getContext("2d");
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, width, height);
+    return context;
+  }
+
+  function drawScene(panel) {
+    const [left, bottom, right, top] = replay().box;
+    const width = panel.canvas.clientWidth;
+    const scale = Math.min(width / (right - left), MAX_HEIGHT / (top - bottom));
+    const context = begin(panel.canvas, width, scale * (top - bottom));
+    context.translate((width - scale * (right - left)) / 2, 0);
+    context.scale(scale, -scale);
+    context.translate(-left, -top);
+    const run = runOf(panel);
+    const index = Math.min(time / run.dt_s, run.x.length - 1);
+    const people = peopleAt(run, index);
+    drawZones(context, people);
+    drawPlace(context, scale);
+    drawTrail(context, run, index, panel);
+    people.forEach((person) => drawPerson(context, person));
+    drawRobot(context, run, index, panel);
+  }
+
+  function peopleAt(run, index) {
+    return run.people
+      .map(([x, y, heading]) => [at(x, index, 50), at(y, index, 50), at(heading, index, 90)])
+      .filter(([x]) => x < data.nobody);
+  }
+
+  function disc(context, x, y, radius) {
+    context.beginPath();
+    context.arc(x, y, radius, 0, 2 * Math.PI);
+  }
+
+  function drawZones(context, people) {
+    const [social, personal, intimate] = data.zones_cm.map((zone) => zone + data.person_cm);
+    for (const [radius, fill] of [[personal, "#d6604d1c"], [intimate, "#d6604d38"]]) {
+      context.beginPath(); // one for all people, so that what overlaps is no darker
+      for (const [x, y] of people) {
+        context.moveTo(x + radius, y);
+        context.arc(x, y, radius, 0, 2 * Math.PI);
+      }
+      context.fillStyle = fill;
+      context.fill();
+    }
+    for (const [x, y] of people.length > CROWD ? [] : people) {
+      disc(context, x, y, social);
+      context.strokeStyle = "#d6604d40";
+      context.lineWidth = 3;
+      context.stroke();
+    }
+  }
+
+  function line(context, points, color, width, dash = []) {
+    context.beginPath();
+    points.forEach(([x, y], i) => (i ? context.lineTo(x, y) : context.moveTo(x, y)));
+    context.strokeStyle = color;
+    context.lineWidth = width;
+    context.setLineDash(dash);
+    context.stroke();
+    context.setLineDash([]);
+  }
+
+  function drawPlace(context, scale) {
+    const { path, walls } = replay();
+    line(context, path, "#9aa3ac", 1 / scale, [20, 20]);
+    disc(context, ...path[path.length - 1], 12);
+    context.stroke();
+    for (const [x1, y1, x2, y2] of walls) {
+      line(context, [[x1, y1], [x2, y2]], "#1c2127", Math.max(8, 2 / scale));
+    }
+  }
+
+  function drawTrail(context, run, index, panel) {
+    const [x, y] = [numbers(run.x), numbers(run.y)];
+    const points = x.slice(0, Math.floor(index) + 1).map((value, i) => [value, y[i]]);
+    line(context, points, `${lookOf(panel).color}66`, 5);
+  }
+
+  function drawPerson(context, [x, y, heading]) {
+    const radius = data.person_cm;
+    context.save();
+    context.translate(x, y);
+    context.rotate((heading * Math.PI) / 180);
+    disc(context, 0, 0, radius);
+    context.fillStyle = "#f1c9a0";
+    context.fill();
+    context.beginPath();
+    context.ellipse(0, 0, radius / 2, radius, 0, 0, 2 * Math.PI);
+    context.fillStyle = "#c97a1d";
+    context.fill();
+    disc(context, radius / 6, 0, 0.42 * radius);
+    context.fillStyle = "#6b3d08";
+    context.fill();
+    context.restore();
+  }
+
+  function drawRobot(context, run, index, panel) {
+    const radius = data.robot_cm;
+    context.save();
+    context.translate(at(run.x, index, 50), at(run.y, index, 50));
+    context.rotate((at(run.heading, index, 90) * Math.PI) / 180);
+    disc(context, 0, 0, radius - 2);
+    context.fillStyle = "#ffffff";
+    context.fill();
+    context.strokeStyle = lookOf(panel).color;
+    context.lineWidth = 5;
+    context.stroke();
+    context.beginPath();
+    context.moveTo(0.75 * radius, 0);
+    context.lineTo(0, 0.45 * radius);
+    context.lineTo(0, -0.45 * radius);
+    context.fillStyle = lookOf(panel).color;
+    context.fill();
+    context.restore();
+  }
+
+  function drawTrace() {
+    const [width, height, left, base] = [trace.clientWidth, 160, 40, 132];
+    const context = begin(trace, width, height);
+    const runs = panels.map(runOf);
+    const top = Math.max(10, ...runs.flatMap((run) => numbers(run.speed)));
+    const px = (seconds) => left + (seconds / horizon()) * (width - left - 8);
+    const py = (speed) => base - (speed / top) * (base - 24);
+    context.font = "12px system-ui, sans-serif";
+    context.fillStyle = "#5c6670";
+    context.textAlign = "right";
+    for (let speed = 0; speed <= top; speed += 25) {
+      line(context, [[left, py(speed)], [width - 8, py(speed)]], "#e4e7ea", 1);
+      context.fillText((speed / 100).toFixed(2), left - 6, py(speed) + 4);
+    }
+    context.textAlign = "center";
+    for (let tick = 0; px(tick) < width - 24; tick += 10) context.fillText(tick, px(tick), base + 22);
+    context.textAlign = "right";
+    context.fillText("m/s", left - 6, 11);
+    context.fillText("s", width - 1, base + 22);
+    panels.forEach((panel, i) => {
+      const points = numbers(runs[i].speed).map((speed, k) => [px(k * runs[i].dt_s), py(speed)]);
+      const dash = lookOf(panel).dash.split(" ").filter(Boolean).map(Number);
+      line(context, points, lookOf(panel).color, 2, dash);
+    });
+    line(context, [[px(time), 18], [px(time), base]], "#1c2127", 1);
+  }
+
+  function draw() {
+    panels.forEach(drawScene);
+    drawTrace();
+    clock.textContent = `${time.toFixed(1)} s`;
+    scrub.value = time;
+    panels.forEach((panel) => {
+      const run = runOf(panel);
+      const speed = at(run.speed, Math.min(time / run.dt_s, run.speed.length - 1), 100) / 100;
+      panel.end.textContent = time < duration(run) ? `${Math.abs(speed).toFixed(2)} m/s` : run.end;
+    });
+  }
+
+  function frame(now) {
+    if (!isPlaying) return;
+    time = Math.min(time + ((now - lastFrame) / 1000) * Number(rate.value), horizon());
+    lastFrame = now;
+    if (time >= horizon()) setPlaying(false);
+    draw();
+    if (isPlaying) requestAnimationFrame(frame);
+  }
+
+  function setPlaying(value) {
+    isPlaying = value;
+    play.textContent = isPlaying ? "Pause" : "Play";
+  }
+
+  function start() {
+    if (time >= horizon()) time = 0;
+    setPlaying(true);
+    lastFrame = performance.now();
+    requestAnimationFrame(frame);
+  }
+
+  function chooseEpisode() {
+    const [left, bottom, right, top] = replay().box;
+    const isLong = right - left > 2.5 * (top - bottom);
+    document.getElementById("panels").classList.toggle("stacked", isLong);
+    time = 0;
+    scrub.max = horizon();
+    draw();
+  }
+
+  function chooseSet() {
+    const options = data.sets[setSelect.value].map(({ number, why }) => new Option(`${number}: ${why}`));
+    episodeSelect.replaceChildren(...options);
+    chooseEpisode();
+  }
+
+  setSelect.addEventListener("change", chooseSet);
+  setSelect.addEventListener("follow", chooseSet);
+  episodeSelect.addEventListener("change", chooseEpisode);
+  panels.forEach((panel) => panel.select.addEventListener("change", () => {
+    scrub.max = horizon();
+    time = Math.min(time, horizon());
+    draw();
+  }));
+  play.addEventListener("click", () => (isPlaying ? setPlaying(false) : start()));
+  scrub.addEventListener("input", () => {
+    time = Number(scrub.value);
+    draw();
+  });
+  window.addEventListener("resize", draw);
+
+  document.getElementById("no-player").hidden = true;
+  player.hidden = false;
+  chooseSet();
+})();

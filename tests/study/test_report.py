@@ -1,0 +1,149 @@
+from __future__ import annotations
+
+import html
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.study import records, report, report_figures
+from hazbot_gym.study.config import StudyConfig
+from hazbot_gym.study.report_style import styles
+from hazbot_gym.study.summary import POOLED
+
+
+@pytest.fixture(scope="module")
+def study(finished: Path) -> report.Study:
+    return report.read(finished)
+
+
+@pytest.fixture(scope="module")
+def page(study: report.Study) -> str:
+    return report.make_page(study)
+
+
+def plots_of(page: str) -> dict[str, Any]:
+    found = re.search(r'<script type="application/json" id="plot-data">(.*?)</script>', page)
+    assert found is not None
+    plots: dict[str, Any] = json.loads(found[1])
+    return plots
+
+
+def test_the_page_is_one_file_that_names_no_other(page: str) -> None:
+    library = report_figures.library()
+    own = page.replace(library, "")
+    assert len(own) < len(page)
+    assert "https:" not in own
+    assert "http:" not in own
+    assert not re.search(r"""(?:src|href)\s*=\s*["'](?!#)""", own)
+    assert len(page) < 8_000_000
+
+
+def test_the_page_is_the_same_for_the_same_study(study: report.Study, page: str) -> None:
+    assert report.make_page(study) == page
+
+
+def test_the_page_says_what_was_run(study: report.Study, page: str) -> None:
+    text = html.unescape(page)
+    assert study.manifest["study"] in text
+    assert study.manifest["versions"]["numpy"] in text
+    for policy in study.config.policies:
+        assert policy in text
+
+
+def test_every_set_is_in_every_plot_that_can_choose(page: str) -> None:
+    plots = plots_of(page)
+    assert list(plots["front"]) == [report.DRAWN, POOLED, "E*", "Crossing", "Corridor"]
+    assert list(plots["clearance"]) == list(plots["front"])
+    assert list(plots["distance"]) == ["E*", "Crossing", "Corridor"]
+    assert list(plots["speed E*"]) == ["E*"]
+
+
+def test_what_is_drawn_are_the_recorded_numbers(study: report.Study, page: str) -> None:
+    plots = plots_of(page)
+    front = {trace["name"]: trace for trace in plots["front"]["Crossing"]["data"]}
+    for policy, result in study.summary["sets"]["Crossing"].items():
+        metrics, trace = result["metrics"], front[policy]
+        assert trace["x"] == [metrics["time_ratio"]["mean"]]
+        high = trace["y"][0] + trace["error_y"]["array"][0]
+        assert high == pytest.approx(metrics["kinetic_intrusion_m2"]["high"])
+
+
+def test_only_swept_policies_are_joined_to_a_front(page: str) -> None:
+    joined, *points = plots_of(page)["front"]["Crossing"]["data"]
+    assert joined["mode"] == "lines"
+    swept = [trace for trace in points if trace["name"].startswith("constant:")]
+    assert sorted(joined["x"]) == sorted(trace["x"][0] for trace in swept)
+
+
+def test_the_papers_events_are_marked(page: str) -> None:
+    layout = plots_of(page)["speed E*"]["E*"]["layout"]
+    assert [shape["x0"] for shape in layout["shapes"]] == [1.6, 3.4]
+    assert "paper: stops 3.4 s" in [note["text"] for note in layout["annotations"]]
+
+
+def test_curves_of_clearance_end_at_the_share_that_ever_met_anybody() -> None:
+    import pandas as pd
+
+    rows = pd.DataFrame({"policy": ["a"] * 4, "clearance_min_m": [0.5, 0.25, 0.5, float("inf")]})
+    (trace,) = report_figures.clearances(rows, styles(["a"]))["data"]
+    assert (trace["x"], trace["y"]) == ([0.0, 0.25, 0.5], [0.0, 0.25, 0.75])
+
+
+def test_the_headline_is_over_drawn_people_alone(study: report.Study) -> None:
+    assert report.drawn_sets(study) == ["Crossing", "Corridor"]
+    block = report.all_blocks(study)[report.DRAWN]
+    rows = study.rows[study.rows["scenario_set"] != "E*"]
+    for policy, result in block.items():
+        mean = rows[rows["policy"] == policy]["time_ratio"].mean()
+        assert result["episodes"] == 8
+        assert result["metrics"]["time_ratio"]["mean"] == pytest.approx(mean)
+
+
+def test_names_from_outside_cannot_break_the_page(study: report.Study) -> None:
+    named = study.config.sets[0].model_copy(update={"name": "</script><b>&"})
+    config = study.config.model_copy(update={"sets": (named, *study.config.sets[1:])})
+
+    def renamed(blocks: dict[str, Any]) -> dict[str, Any]:
+        return {named.name if name == "E*" else name: block for name, block in blocks.items()}
+
+    manifest = {**study.manifest, "environments": renamed(study.manifest["environments"])}
+    summary = {**study.summary, "sets": renamed(study.summary["sets"])}
+    # The name enters the seeds only when a study runs; replays take the recorded ones.
+    rows = study.rows.replace({"scenario_set": {"E*": named.name}})
+    page = report.make_page(report.Study(config, manifest, summary, rows))
+    assert named.name not in page
+    assert named.name in plots_of(page)["front"]
+
+
+def test_the_report_is_written_beside_the_results_and_withdrawn_with_them(
+    finished: Path, study: report.Study, page: str, tmp_path: Path
+) -> None:
+    for name in (records.MANIFEST, records.SUMMARY, records.EPISODES):
+        (tmp_path / name).write_bytes((finished / name).read_bytes())
+    path = report.write_report(tmp_path)
+    assert path == tmp_path / "report.html"
+    assert path.read_text(encoding="utf-8") == page
+    assert not list(tmp_path.glob(".*"))
+    records.withdraw(tmp_path)
+    assert not path.exists()
+
+
+@pytest.mark.parametrize("missing", [records.MANIFEST, records.SUMMARY, records.EPISODES])
+def test_a_study_that_is_not_finished_has_no_report(
+    finished: Path, missing: str, tmp_path: Path
+) -> None:
+    for name in {records.MANIFEST, records.SUMMARY, records.EPISODES} - {missing}:
+        (tmp_path / name).write_bytes((finished / name).read_bytes())
+    with pytest.raises(InvalidInput, match="no finished study") as raised:
+        report.write_report(tmp_path)
+    assert "\n" not in str(raised.value)
+    assert not (tmp_path / records.REPORT).exists()
+
+
+def test_every_default_set_is_described() -> None:
+    for scenarios in StudyConfig().all_sets:
+        assert report.describe(scenarios).endswith(".")
