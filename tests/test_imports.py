@@ -31,7 +31,9 @@ BELOW = {
 # The only modules that may import a heavy library; a room's name stands for all its modules.
 HOMES = {
     "pymunk": ("sim.world",),
-    "pygame": ("envs.rendering",),
+    "pygame": ("envs.canvas", "envs.window"),
+    "imageio_ffmpeg": ("study.films",),
+    "PIL": ("study.films",),
     "skfuzzy": ("policies.fuzzy_expert",),
     "torch": ("study.training", "policies.learned"),
     "stable_baselines3": ("envs.sb3", "study.training", "policies.learned"),
