@@ -157,6 +157,42 @@ def evaluate(
         _console().print(tables.set_table(scenario or env, {policy: result}))
 
 
+@app.command()
+def watch(
+    policy: Annotated[str, typer.Option(help="name, name:option=value,... or module:attribute.")],
+    env: Annotated[str, typer.Option(help="Environment id.")] = "hazbot_gym/Corridor-v0",
+    episodes: Annotated[int, typer.Option(help="Number of episodes.")] = 1,
+    seed: Annotated[int, typer.Option(help="Root of all seeds, as in eval.")] = 0,
+    scenario: Annotated[str | None, typer.Option(help="A named scenario, e.g. E*.")] = None,
+    change: Annotated[
+        list[str] | None, typer.Option("--set", help="Config value, e.g. people.count=[4,4].")
+    ] = None,
+    speed: Annotated[float, typer.Option(help="Times as fast as in reality.")] = 1.0,
+    file: Annotated[
+        Path | None, typer.Option("--save", help="Film or picture: FILE.mp4, .gif or .png.")
+    ] = None,
+    at: Annotated[
+        float | None, typer.Option(help="Seconds at which a .png is taken; else the end.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace FILE if it exists.")] = False,
+) -> None:
+    """Watch a policy in a window, or save it. Keys: space, right arrow, r, q."""
+    from hazbot_gym.study import watching
+    from hazbot_gym.study.config import parse_overrides
+
+    overrides = parse_overrides(change or []) | ({"scenario": scenario} if scenario else {})
+    show = watching.Show(policy, env, episodes, seed, overrides, speed)
+    if file is None:
+        if at is not None:
+            raise InvalidInput(f"at: given {at}, but nothing is saved; give --save FILE.png")
+        rows = watching.watch_live(show)
+    else:
+        rows = watching.save(show, file, at_s=at, is_replacing=force)
+    _console().print(watching.table(rows))
+    if file is not None:
+        _console().print(f"Saved: {file}", soft_wrap=True)
+
+
 @app.command(name="list")
 def list_all() -> None:
     """Show environments, named scenarios and policies."""

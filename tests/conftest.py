@@ -8,6 +8,9 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+# Windows open where nobody sees them; set before anything imports pygame.
+os.environ["SDL_VIDEODRIVER"] = "dummy"
+
 # The same examples every time, and however slow the machine: a red test is a red test.
 settings.register_profile("steady", derandomize=True, deadline=None)
 settings.load_profile("steady")

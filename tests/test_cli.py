@@ -71,6 +71,13 @@ def hazbot(*arguments: str) -> Result:
         ("train --steps 0", "steps"),
         ("train --engine steam", "engine"),
         ("train --spets 3", "--spets"),
+        ("watch", "--policy"),
+        ("watch --policy telepathy", "telepathy"),
+        ("watch --policy constant --speed 0", "speed"),
+        ("watch --policy constant --at 3", "--save"),
+        ("watch --policy constant --save film.avi", ".mp4, .gif, .png"),
+        ("watch --policy constant --save film.mp4 --at 3", "at"),
+        ("watch --policy constant --save film.gif --scenario E9", "E9"),
         ("tracks /no/such/folder", "/no/such/folder"),
         ("report /no/such/folder", "/no/such/folder"),
         ("bench --json no/such/folder/bench.json", "bench.json"),
@@ -110,6 +117,15 @@ def test_eval_prints_json_and_nothing_else(empty_folder: Path) -> None:
     assert set(found["metrics"]) == METRICS
     assert all(isinstance(value, float) for value in found["metrics"].values())
     assert list(empty_folder.iterdir()) == []
+
+
+def test_watch_saves_a_picture_and_says_how_the_episode_went(empty_folder: Path) -> None:
+    result = hazbot(*["watch", "--policy", "constant:1", "--scenario", "E*", "--save", "end.png"])
+    assert result.exit_code == 0, result.output
+    assert "arrived" in result.stdout
+    assert "kinetic_intrusion_m2" in result.stdout
+    assert result.stdout.endswith("Saved: end.png\n")
+    assert [path.name for path in empty_folder.iterdir()] == ["end.png"]
 
 
 def test_eval_says_the_same_twice() -> None:

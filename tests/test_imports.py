@@ -33,7 +33,9 @@ TRAINING = ("study.training", "study.training_envs", "study.training_log", "stud
 # The only modules that may import a heavy library; a room's name stands for all its modules.
 HOMES = {
     "pymunk": ("sim.world",),
-    "pygame": ("envs.rendering",),
+    "pygame": ("envs.canvas", "envs.window"),
+    "imageio_ffmpeg": ("study.films",),
+    "PIL": ("study.films",),
     "skfuzzy": ("policies.fuzzy_expert",),
     "torch": TRAINING,
     "stable_baselines3": ("envs.sb3", *TRAINING, "policies.from_sb3"),

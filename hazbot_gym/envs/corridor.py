@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, SupportsFloat
+from typing import Any, SupportsFloat
 
 import gymnasium
 import numpy as np
@@ -14,6 +13,7 @@ import numpy.typing as npt
 from hazbot_gym.config import Config, make_config
 from hazbot_gym.core.state import NO_CONTACT, TRACK, as_record, records
 from hazbot_gym.core.ultrasonic import FRONT_RIGHT
+from hazbot_gym.envs.viewer import MODES, Viewer
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.perception import (
     SENSORS,
@@ -37,11 +37,7 @@ from hazbot_gym.task.outcome import (
 from hazbot_gym.task.reward import TERMS, judge, safety_cost
 from hazbot_gym.task.scenario import Source
 
-if TYPE_CHECKING:
-    from hazbot_gym.envs.rendering import Frame
-
 SPEED_LEVELS = (0.0, 0.25, 0.5, 0.75, 1.0)  # the paper's stop, 25, 50, 75, 100 %
-TRAIL_STEPS = 200
 
 
 class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
@@ -109,7 +105,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
     * v0: initial version.
     """
 
-    metadata = {"render_modes": ["rgb_array"], "render_fps": 10}  # noqa: RUF012 - Gymnasium's form
+    metadata: dict[str, Any] = {"render_modes": list(MODES), "render_fps": 10}  # noqa: RUF012
 
     def __init__(
         self,
@@ -125,12 +121,10 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         Raises:
             InvalidInput: A value cannot be used; one line says which and what is allowed.
         """
-        if render_mode not in (None, *self.metadata["render_modes"]):
-            raise InvalidInput(
-                f"render_mode: given {render_mode!r}, allowed are None and 'rgb_array'"
-            )
-        self.render_mode = render_mode
         self.config = make_config(config, preset=preset, scenario=scenario, **overrides)
+        self.render_mode = render_mode
+        self.metadata = {**self.metadata, "render_fps": 1.0 / self.config.clock.decision_s}
+        self._viewer = Viewer(render_mode, self.config)
         self._source = Source(self.config)
         self._world = World(self.config)
         self._sensors = as_record(sensor_parameters(self.config))
@@ -160,14 +154,16 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         self._tracks = blank_tracks(people)
         memory = tracker_of(self.config).latency_steps + 1
         self._history = records(TRACK, memory * people).reshape(memory, people)
-        self._trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_STEPS)
+        observation = self._observe()
+        self._viewer.begin()
+        self._look(np.zeros(len(TERMS)), "")
         info = {
             "scenario_key": key,
             "place": scenario.name,
             "time_free_s": self._free_time_s(),
             **self._info(np.zeros(len(TERMS))),
         }
-        return self._observe(), info
+        return observation, info
 
     def step(
         self, action: Any
@@ -184,17 +180,18 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
             if outcome in (CONTACT_PERSON, CONTACT_WALL):
                 info["contact_caused_by"] = CAUSE_NAMES[self._decision["cause"][0]]
                 info["contact_speed_mps"] = float(self._decision["speed_mps"][0])
+        self._look(self._terms, info.get("outcome", ""))
         reward = float(self._terms @ self._weights)
         is_terminated = outcome not in (RUNNING, TIMEOUT)
         return observation, reward, is_terminated, outcome == TIMEOUT, info
 
     def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
-        """Return a picture of the present state (H, W, 3), or None without a render mode."""
-        if self.render_mode is None:
-            return None
-        from hazbot_gym.envs.rendering import draw
+        """Return a picture (H, W, 3) in the mode "rgb_array"; "human" shows it by itself."""
+        return self._viewer.picture()
 
-        return draw(self._frame())
+    def close(self) -> None:
+        """Close the window of the mode "human"; closing twice does no harm."""
+        self._viewer.close()
 
     def snapshot(self) -> Snapshot:
         """Return the true state, copied, for metrics and pictures; policies must not see it."""
@@ -261,9 +258,12 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         )
         observation = np.empty(self._layout.width, dtype=np.float32)
         observe(world.robots, world.place.path, self._ranges, self._tracks, observation)
-        if self.render_mode is not None:
-            self._trail.append((float(world.robots["x"][0]), float(world.robots["y"][0])))
         return observation
+
+    def _look(self, terms: npt.NDArray[np.float64], outcome: str) -> None:
+        if self.render_mode is not None:
+            patterns = self._tracks["pattern"].tolist()
+            self._viewer.see(self._world, self._ranges, patterns, terms, outcome)
 
     def _info(self, terms: npt.NDArray[np.float64]) -> dict[str, Any]:
         return {
@@ -278,27 +278,6 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         if path not in self._free_times:
             self._free_times[path] = self._world.free_time_s()
         return self._free_times[path]
-
-    def _frame(self) -> Frame:
-        from hazbot_gym.envs.rendering import Frame
-
-        state = self.snapshot()
-        ultrasonic = self.config.sensors.ultrasonic
-        return Frame(
-            place=self._world.place,
-            x_m=state.x,
-            y_m=state.y,
-            theta_rad=state.theta,
-            people=self._world.people,
-            patterns=self._tracks["pattern"].tolist(),
-            ranges_m=self._ranges.copy(),
-            sonar=ultrasonic,
-            trail=np.array(self._trail).reshape(-1, 2),
-            speed_mps=state.speed_mps,
-            command_mps=state.command_mps,
-            top_speed_mps=self.config.drive.nominal_speed_mps,
-            time_s=state.time_s,
-        )
 
 
 def spaces_of(config: Config) -> tuple[gymnasium.spaces.Box, gymnasium.Space[Any]]:

@@ -16,7 +16,14 @@ from pydantic import ValidationError
 
 from hazbot_gym.envs.registration import ENVIRONMENTS
 from hazbot_gym.errors import InvalidInput, MissingExtra
-from hazbot_gym.study import records, report_figures, report_places, report_player, report_tables
+from hazbot_gym.study import (
+    files,
+    records,
+    report_figures,
+    report_places,
+    report_player,
+    report_tables,
+)
 from hazbot_gym.study.config import ScenarioSet, StudyConfig
 from hazbot_gym.study.report_replays import Replay, replay_set
 from hazbot_gym.study.report_style import DASHES, MARKS, Style, styles

@@ -63,15 +63,20 @@ def evaluate(
         raise InvalidInput(f"episodes: given {episodes}, allowed is 1 or more")
     if seed < 0:
         raise InvalidInput(f"seed: given {seed}, allowed is 0 or more")
-    changes = dict(overrides or {})
-    preset = env_id.rsplit("/", 1)[-1].rsplit("-v", 1)[0]
-    name = str(changes.get("scenario") or preset)
-    scenarios = ScenarioSet(name=name, env=env_id, overrides=changes)
+    scenarios = scenario_set(env_id, overrides)
     if engine not in get_args(Engine):
         raise InvalidInput(f"engine: given {engine!r}, allowed are {', '.join(get_args(Engine))}")
     block = Block(policy, scenarios, 0, episodes, seed, engine=engine)  # type: ignore[arg-type]
     try_out(scenarios, [policy], block.engine)
     return run_block(block, threads=os.cpu_count() or 1)
+
+
+def scenario_set(env_id: str, overrides: Mapping[str, Any] | None = None) -> ScenarioSet:
+    """Return an environment as a set, named as in ``hazbot study``, so that its seeds agree."""
+    changes = dict(overrides or {})
+    preset = env_id.rsplit("/", 1)[-1].rsplit("-v", 1)[0]
+    name = str(changes.get("scenario") or preset)
+    return ScenarioSet(name=name, env=env_id, overrides=changes)
 
 
 def try_out(scenarios: ScenarioSet, policies: Iterable[str], engine: Engine) -> Config:

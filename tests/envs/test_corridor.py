@@ -285,8 +285,8 @@ def test_a_snapshot_holds_the_people_present() -> None:
 
 
 def test_an_unknown_render_mode_is_refused() -> None:
-    with pytest.raises(InvalidInput, match=r"render_mode.*'human'"):
-        CorridorEnv(render_mode="human")
+    with pytest.raises(InvalidInput, match=r"render_mode: given 'ansi'.*'human'"):
+        CorridorEnv(render_mode="ansi")
 
 
 def test_without_a_render_mode_there_is_no_picture() -> None:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import builtins
 import importlib
+import itertools
 import sys
 from typing import Any
 
 import numpy as np
 import pytest
 
-from hazbot_gym.core.geometry import straight_path
 from hazbot_gym.core.state import (
     CONFRONTING,
     CROSSING,
@@ -19,16 +19,20 @@ from hazbot_gym.core.state import (
     PERSON,
     PRESENT,
     WAITING,
-    Floats,
     Records,
     records,
 )
-from hazbot_gym.envs import rendering
-from hazbot_gym.envs.rendering import NOBODY, PEOPLE, Frame, Image, draw, view_of
+from hazbot_gym.envs import canvas
+from hazbot_gym.envs.canvas import FLOOR, INK, NOBODY, OUTSIDE, PEOPLE, Image, mixed
+from hazbot_gym.envs.frame import Frame, view_of
+from hazbot_gym.envs.panel import HEIGHT_PX
+from hazbot_gym.envs.rendering import Painter, draw
+from hazbot_gym.envs.scene import INTIMATE, PERSONAL
 from hazbot_gym.errors import MissingExtra
-from hazbot_gym.task.places import load_place
+from hazbot_gym.task.places import PLACES, load_place
 
 SHOULDER_M = 0.14  # off the head, on the shoulders of somebody who walks along x
+CORRIDOR = load_place("corridor")
 
 
 def someone(x: float, y: float, status: int = PRESENT) -> Records:
@@ -40,30 +44,58 @@ def someone(x: float, y: float, status: int = PRESENT) -> Records:
 
 def a_frame(people: Records, pattern: int = CROSSING, **changes: Any) -> Frame:
     frame = Frame(
-        place=load_place("corridor"),
+        place=CORRIDOR,
         x_m=2.0,
         y_m=0.0,
         theta_rad=0.0,
         people=people,
         patterns=[pattern] * len(people),
         ranges_m=np.full(4, 1.0),
+        terms={"progress": 0.5, "intrusion": 0.0},
     )
     return frame._replace(**changes)
 
 
 def color_at(frame: Frame, image: Image, x: float, y: float) -> list[int]:
     height, width, _ = image.shape
-    column, row = view_of(frame, width=width, height=height).pixels(np.array([x, y]))
+    view = view_of(frame.place, width, height - HEIGHT_PX)
+    assert view is not None
+    column, row = view.pixels(np.array([x, y]))
     return image[round(row), round(column)].tolist()
 
 
-@pytest.mark.parametrize(("width", "height"), [(960, 480), (320, 200)])
-def test_picture_has_the_asked_size_and_is_not_blank(width: int, height: int) -> None:
-    image = draw(a_frame(someone(5.0, 0.0)), width=width, height=height)
+@pytest.mark.parametrize("place", PLACES)
+def test_a_picture_is_an_image_that_is_not_blank(place: str) -> None:
+    image = draw(a_frame(someone(5.0, 0.0), place=load_place(place)))
 
-    assert image.shape == (height, width, 3)
     assert image.dtype == np.uint8
+    assert image.ndim == 3
+    assert image.shape[2] == 3
     assert len(np.unique(image.reshape(-1, 3), axis=0)) > 20
+
+
+def test_walls_part_the_floor_from_what_lies_behind_them() -> None:
+    frame = a_frame(records(PERSON, 0))
+    image = draw(frame)
+
+    assert color_at(frame, image, 10.0, 0.5) == list(FLOOR)
+    assert color_at(frame, image, 10.0, 1.2) == list(INK)
+    assert color_at(frame, image, 10.0, 2.0) == list(OUTSIDE)
+
+
+def test_without_walls_everything_is_floor() -> None:
+    frame = a_frame(records(PERSON, 0), place=load_place("open"))
+
+    assert color_at(frame, draw(frame), 10.0, 2.0) == list(FLOOR)
+
+
+@pytest.mark.parametrize(("clearance_m", "color"), [(0.3, INTIMATE), (0.8, PERSONAL), (1.5, FLOOR)])
+def test_halls_zones_are_shaded(clearance_m: float, color: tuple[int, ...]) -> None:
+    frame = a_frame(someone(8.0, 0.3))
+
+    seen = color_at(frame, draw(frame), 8.0 + 0.2 + clearance_m, 0.3)
+
+    assert np.allclose(seen, color, atol=3)
 
 
 @pytest.mark.parametrize(
@@ -94,52 +126,100 @@ def test_people_who_are_not_there_are_not_drawn(status: int) -> None:
 
 
 @pytest.mark.parametrize(
-    "change",
+    ("change", "is_in_panel"),
     [
-        {"theta_rad": 0.5},
-        {"x_m": 3.0},
-        {"ranges_m": np.full(4, 2.0)},
-        {"castor_rad": 0.5},
-        {"trail": np.array([[0.0, 0.0], [2.0, 0.5]])},
-        {"speed_mps": 0.4},
-        {"command_mps": 0.4},
-        {"time_s": 1.0},
-        {"outcome": "contact_wall"},
+        ({"theta_rad": 0.5}, False),
+        ({"x_m": 3.0}, False),
+        ({"ranges_m": np.full(4, 2.0)}, False),
+        ({"castor_rad": 0.5}, False),
+        ({"trail": np.array([[0.0, 0.0], [1.0, 0.5], [2.0, 0.5]])}, False),
+        ({"patterns": [CONFRONTING]}, False),
+        ({"people": someone(5.5, 0.5)}, False),
+        ({"speed_mps": 0.4}, True),
+        ({"command_mps": 0.4}, True),
+        ({"time_s": 1.0}, True),
+        ({"outcome": "contact_wall"}, True),
+        ({"terms": {"progress": 0.4, "intrusion": 0.0}}, True),
+        ({"terms": {"progress": 0.5, "intrusion": -1.0}}, True),
+        ({"total_reward": 10.0}, True),
     ],
+    ids=lambda value: "-".join(value) if isinstance(value, dict) else "",
 )
-def test_every_part_of_the_state_is_visible(change: dict[str, Any]) -> None:
+def test_every_part_of_the_state_is_visible_in_its_place(
+    change: dict[str, Any], is_in_panel: bool
+) -> None:
     frame = a_frame(someone(5.0, 0.5))
+    is_changed = (draw(frame) != draw(frame._replace(**change))).any(axis=2)
 
-    assert not np.array_equal(draw(frame), draw(frame._replace(**change)))
-
-
-def test_drawing_the_same_frame_again_gives_the_same_picture_in_its_own_memory() -> None:
-    frame = a_frame(someone(5.0, 0.5))
-    first, second = draw(frame), draw(frame)
-
-    assert np.array_equal(first, second)
-    assert not np.shares_memory(first, second)
+    assert is_changed[-HEIGHT_PX:].any() == is_in_panel
+    assert is_changed[:-HEIGHT_PX].any() != is_in_panel
 
 
-@pytest.mark.parametrize(
-    "place", ["open", "corridor", "intersection", "doorway", "circle", "aisle"]
-)
-def test_view_shows_the_whole_path_of_a_small_place(place: str) -> None:
-    frame = a_frame(someone(5.0, 0.5), place=load_place(place))
-    starts: Floats = np.column_stack([frame.place.path["x"], frame.place.path["y"]])
+def test_a_painter_forgets_the_last_frame() -> None:
+    painter, frame = Painter(CORRIDOR), a_frame(someone(5.0, 0.5))
+    first = painter.paint(frame)
+    painter.paint(a_frame(someone(8.0, 0.5), x_m=4.0, outcome="arrived", time_s=9.0))
 
-    pixels = view_of(frame).pixels(starts)
+    again = painter.paint(frame)
 
-    assert np.all((pixels > 0) & (pixels < [960, 480]))
+    assert np.array_equal(first, again)
+    assert np.array_equal(first, draw(frame))
+    assert not np.shares_memory(first, again)
 
 
-def test_view_follows_the_robot_along_a_path_too_long_to_fit() -> None:
-    path = straight_path(np.array([[0.0, 0.0], [100.0, 0.0]]))
-    frame = a_frame(someone(5.0, 0.5), place=load_place("open")._replace(path=path))
+def test_a_painter_keeps_its_size_in_another_place() -> None:
+    painter = Painter(CORRIDOR)
+    pictures = [
+        painter.paint(a_frame(someone(5.0, 0.5), place=place))
+        for place in (CORRIDOR, load_place("circle"), load_place("open", {"length_m": 100.0}))
+    ]
 
-    view = view_of(frame._replace(x_m=70.0))
+    for one, other in itertools.pairwise(pictures):
+        assert one.shape == other.shape
+        assert not np.array_equal(one, other)
 
-    assert view.pixels(np.array([70.0, 0.0])).tolist() == [480.0, 240.0]
+
+def test_the_view_of_a_long_path_moves_with_the_robot() -> None:
+    long = load_place("open", {"length_m": 100.0})
+    painter = Painter(long)
+    here, there = (
+        painter.paint(a_frame(someone(x + 2.0, 0.5), place=long, x_m=x, time_s=1.0))
+        for x in (30.0, 30.0 + 4 * 0.375)  # a whole number of dashes further
+    )
+
+    assert np.mean(here != there) < 0.001
+
+
+# Machado, Oliveira and Fernandes 2009, severity 1: how linear RGB is seen.
+VISION = {
+    "full": np.eye(3),
+    "without red": [[0.152, 1.053, -0.205], [0.115, 0.786, 0.099], [-0.004, -0.048, 1.052]],
+    "without green": [[0.367, 0.861, -0.228], [0.280, 0.673, 0.047], [-0.012, 0.043, 0.969]],
+    "without blue": [[1.256, -0.077, -0.179], [-0.078, 0.931, 0.148], [0.005, 0.691, 0.304]],
+}
+
+
+def lab(linear: np.ndarray) -> np.ndarray:
+    """Return CIE L*a*b* of linear sRGB."""
+    to_xyz = np.array(
+        [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    )
+    f = np.cbrt(np.clip(to_xyz @ np.clip(linear, 0.0, 1.0), 0.0089, None) / [0.9505, 1.0, 1.089])
+    return np.array([116.0 * f[1] - 16.0, 500.0 * (f[0] - f[1]), 200.0 * (f[1] - f[2])])
+
+
+@pytest.mark.parametrize("vision", VISION)
+def test_colour_blind_people_tell_the_patterns_apart(vision: str) -> None:
+    linear = [(np.array(color) / 255.0) ** 2.2 for color in (*PEOPLE, NOBODY)]
+    seen = [lab(np.array(VISION[vision]) @ color) for color in linear]
+
+    nearest = min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2))
+
+    assert nearest > 12.0  # 2.3 is just noticeable side by side
+
+
+def test_a_mixed_color_lies_between() -> None:
+    assert mixed((100, 0, 50), (0, 200, 50), 0.25) == (25, 150, 50)
 
 
 def test_missing_pygame_names_the_install_command(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -151,8 +231,8 @@ def test_missing_pygame_names_the_install_command(monkeypatch: pytest.MonkeyPatc
         return real_import(name, *args, **kwargs)
 
     monkeypatch.setattr(builtins, "__import__", without_pygame)
-    monkeypatch.delitem(sys.modules, "hazbot_gym.envs.rendering")
+    monkeypatch.delitem(sys.modules, canvas.__name__)
 
     with pytest.raises(MissingExtra, match=r"pip install 'hazbot-gym\[render\]'"):
-        importlib.import_module("hazbot_gym.envs.rendering")
-    assert rendering.__name__ not in sys.modules
+        importlib.import_module(canvas.__name__)
+    assert canvas.__name__ not in sys.modules

@@ -1,0 +1,197 @@
+"""A surface to draw on, in metres of the place or in pixels of the picture.
+
+Drawn at twice the size and scaled down, which smooths every edge; no display is needed.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from hazbot_gym.core.state import Floats
+from hazbot_gym.envs.frame import View
+from hazbot_gym.errors import MissingExtra
+
+os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+try:
+    import pygame
+except ImportError as error:
+    raise MissingExtra("pygame-ce", "render") from error
+
+Color = tuple[int, ...]  # red, green, blue, and how opaque it is, 0 to 255
+Image = npt.NDArray[np.uint8]  # (height, width, 3)
+
+SMOOTHING = 2  # drawn this much larger, then scaled down
+TEXT_PX = 19
+
+# Patterns are told apart by colours of Okabe and Ito (2008), their purple darkened; the test
+# measures that colour-blind people see them differ.
+FLOOR: Color = (253, 253, 251)
+OUTSIDE: Color = (229, 232, 236)
+INK: Color = (55, 62, 73)
+SOFT: Color = (158, 166, 176)
+FAINT: Color = (232, 235, 238)
+ROBOT: Color = (0, 114, 178)
+ECHO: Color = (86, 180, 233)
+SPACE: Color = (206, 96, 72)
+PEOPLE: tuple[Color, ...] = ((230, 159, 0), (0, 158, 115), (170, 51, 119), (213, 94, 0))
+NOBODY: Color = (144, 153, 162)  # a person whose pattern is not one of the four
+
+
+class Canvas:
+    """What is seen in a view, painted over and over again.
+
+    Points are (n, 2) in metres; boxes and texts are placed in pixels from the upper left corner.
+    """
+
+    def __init__(self, view: View) -> None:
+        pygame.font.init()
+        self.view = view
+        self._size = SMOOTHING * view.width, SMOOTHING * view.height
+        self._surface = self._target = pygame.Surface(self._size)
+        self._fonts: dict[int, pygame.font.Font] = {}
+
+    # --- in metres -------------------------------------------------------------------------------
+
+    def polygon(self, points: Floats, color: Color) -> None:
+        """Fill a polygon."""
+        pygame.draw.polygon(self._target, color, self._at(points).tolist())
+
+    def ribbon(self, points: Floats, width_m: float, color: Color) -> None:
+        """Draw a curve, or a straight piece, with round ends."""
+        pixels = self._at(points)
+        steps = np.hypot(*np.diff(pixels, axis=0).T)
+        pixels = pixels[np.concatenate([[True], steps > 0.5])]
+        half = max(width_m * self._scale, SMOOTHING) / 2.0
+        if len(pixels) > 1:
+            along = np.gradient(pixels, axis=0)
+            along /= np.maximum(np.hypot(*along.T), 1e-9)[:, np.newaxis]
+            across = half * along[:, ::-1] * np.array([-1.0, 1.0])
+            outline = np.concatenate([pixels + across, (pixels - across)[::-1]])
+            pygame.draw.polygon(self._target, color, outline.tolist())
+        for end in (pixels[0], pixels[-1]):
+            pygame.draw.circle(self._target, color, end.tolist(), half)
+
+    def disc(self, x_m: float, y_m: float, radius_m: float, color: Color) -> None:
+        """Fill a disc."""
+        center = self._at(np.array([x_m, y_m])).tolist()
+        pygame.draw.circle(self._target, color, center, radius_m * self._scale)
+
+    def ring(self, x_m: float, y_m: float, radius_m: float, color: Color) -> None:
+        """Draw the outline of a disc, one pixel wide."""
+        center = self._at(np.array([x_m, y_m])).tolist()
+        pygame.draw.circle(self._target, color, center, radius_m * self._scale, SMOOTHING)
+
+    # --- in pixels -------------------------------------------------------------------------------
+
+    def box(
+        self, left: float, top: float, width: float, height: float, color: Color, *, radius: int = 0
+    ) -> None:
+        """Fill a box, with round corners if wanted."""
+        area = [round(SMOOTHING * value) for value in (left, top, width, height)]
+        pygame.draw.rect(self._target, color, area, border_radius=SMOOTHING * radius)
+
+    def dot(
+        self, x: float, y: float, radius: float, color: Color, *, is_ring: bool = False
+    ) -> None:
+        """Fill a disc, or draw its outline."""
+        center, width = (SMOOTHING * x, SMOOTHING * y), SMOOTHING if is_ring else 0
+        pygame.draw.circle(self._target, color, center, SMOOTHING * radius, width)
+
+    def text(
+        self, text: str, x: float, y: float, color: Color = INK, *, size: int = TEXT_PX,
+        align: float = 0.0,
+    ) -> float:  # fmt: skip
+        """Write so that y is the middle of the line, and return the text's width.
+
+        Args:
+            text: One line.
+            x: Where it begins, or ends with ``align=1``.
+            y: Middle of the line.
+            color: Of the letters.
+            size: Height of a line.
+            align: Share of the width that lies left of x.
+        """
+        if size not in self._fonts:
+            self._fonts[size] = pygame.font.Font(None, SMOOTHING * size)
+        ink = self._fonts[size].render(text, True, color)
+        width, height = ink.get_size()
+        self._target.blit(ink, (SMOOTHING * x - align * width, SMOOTHING * y - height / 2.0))
+        return float(width / SMOOTHING)
+
+    # --- the whole -------------------------------------------------------------------------------
+
+    def fill(self, color: Color) -> None:
+        """Paint over everything."""
+        self._target.fill(color)
+
+    @contextmanager
+    def layer(self) -> Iterator[None]:
+        """Draw into a transparent layer, where later shapes replace earlier ones, and lay it on."""
+        self._layer.fill((0, 0, 0, 0))
+        self._target = self._layer
+        yield
+        self._target = self._surface
+        self._surface.blit(self._layer, (0, 0))
+
+    def cover(self, other: Canvas) -> None:
+        """Lay another canvas of the same size over this one, where that is not transparent."""
+        self._surface.blit(other._surface, (0, 0))
+
+    def cut_out(self, x_m: float, y_m: float) -> None:
+        """Make transparent what can be reached from a point without leaving its colour."""
+        column, row = (int(value) for value in self._at(np.array([x_m, y_m])))
+        if not self._surface.get_rect().collidepoint(column, row):
+            return
+        color = self._surface.get_at((column, row))
+        alike = pygame.mask.from_threshold(self._surface, color, (1, 1, 1, 255))
+        reached = alike.connected_component((column, row))
+        cut = pygame.Surface(self._size, pygame.SRCALPHA)
+        cut.blit(self._surface, (0, 0))
+        self._surface = self._target = reached.to_surface(
+            cut, setcolor=(0, 0, 0, 0), unsetcolor=None
+        )
+
+    def image(self) -> Image:
+        """Return what has been drawn, at its final size."""
+        small = pygame.transform.smoothscale(self._surface, (self.view.width, self.view.height))
+        pixels = np.frombuffer(pygame.image.tobytes(small, "RGB"), np.uint8)
+        return pixels.reshape(self.view.height, self.view.width, 3)
+
+    @cached_property
+    def _layer(self) -> pygame.Surface:
+        return pygame.Surface(self._size, pygame.SRCALPHA)
+
+    @property
+    def _scale(self) -> float:
+        return SMOOTHING * self.view.px_per_m
+
+    def _at(self, points: Floats) -> Floats:
+        return SMOOTHING * self.view.pixels(points)
+
+
+def mixed(color: Color, other: Color, share: float) -> Color:
+    """Return a share of a colour, mixed with another."""
+    return tuple(round(share * a + (1.0 - share) * b) for a, b in zip(color, other, strict=True))
+
+
+def pale(color: Color) -> Color:
+    """Return a lighter tone."""
+    return mixed(color, (255, 255, 255), 0.4)
+
+
+def dark(color: Color) -> Color:
+    """Return a darker tone."""
+    return mixed(color, (0, 0, 0), 0.6)
+
+
+def turned(shape: Floats, x_m: float, y_m: float, heading_rad: float) -> Floats:
+    """Return a shape (n, 2), given facing +x at the origin, where it stands and faces."""
+    cos, sin = math.cos(heading_rad), math.sin(heading_rad)
+    return shape @ np.array([[cos, sin], [-sin, cos]]) + np.array([x_m, y_m])

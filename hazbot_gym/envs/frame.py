@@ -1,0 +1,103 @@
+"""What a picture shows, and from where: a moment of an episode and the view of its place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from hazbot_gym.core.geometry import path_length, sample_path
+from hazbot_gym.core.state import ROBOT_RADIUS_M, Floats, Place, Records
+from hazbot_gym.core.ultrasonic import Ultrasonic
+
+PX_PER_M = 64.0  # the same in all pictures of small places, so that robots are of one size
+FARTHEST_PX_PER_M = 48.0  # where this shows too little, the view follows the robot
+MARGIN_M, LEAST_MARGIN_M = 1.6, 0.8  # seen around the path: as a rule, and at the farthest
+SMALLEST, LARGEST = (880, 416), (1152, 656)  # width and height of a scene, pixels
+MULTIPLE = 16  # of both sides of a picture; video codecs need it
+
+
+class Frame(NamedTuple):
+    """All that a picture shows.
+
+    Attributes:
+        place: Walls and path.
+        x_m: The robot's position.
+        y_m: The same, other axis.
+        theta_rad: Its heading.
+        people: (n,) records of type ``PERSON``; those who are not present are left out.
+        patterns: Index into ``PATTERN_NAMES`` for each person, or anything else for none of them.
+        ranges_m: (4,) last ultrasonic readings; empty for none.
+        sonar: Mounting and opening of these sensors.
+        trail: (k, 2) earlier positions of the robot [m].
+        radius_m: The robot's radius.
+        castor_rad: Angle of the castor, positive in left turns.
+        speed_mps: Actual speed.
+        command_mps: Speed that the policy asked for.
+        top_speed_mps: Full length of the speed bar.
+        terms: Weighted reward terms of the last decision, by name.
+        total_reward: Return so far.
+        time_s: Time since the start of the episode.
+        outcome: How the episode ended, or "" while it runs.
+    """
+
+    place: Place
+    x_m: float
+    y_m: float
+    theta_rad: float
+    people: Records
+    patterns: Sequence[int]
+    ranges_m: Floats
+    sonar: Ultrasonic = Ultrasonic()
+    trail: Floats = np.empty((0, 2))
+    radius_m: float = ROBOT_RADIUS_M
+    castor_rad: float = 0.0
+    speed_mps: float = 0.0
+    command_mps: float = 0.0
+    top_speed_mps: float = 0.5
+    terms: Mapping[str, float] = {}
+    total_reward: float = 0.0
+    time_s: float = 0.0
+    outcome: str = ""
+
+
+class View(NamedTuple):
+    """Where the world lies in a scene: the point in its middle and the scale."""
+
+    x_m: float
+    y_m: float
+    px_per_m: float
+    width: int
+    height: int
+
+    def pixels(self, points: Floats) -> Floats:
+        """Return (..., 2) pixel columns and rows of points (..., 2) [m]."""
+        middle = np.array([self.width, self.height]) / 2.0
+        offset = np.asarray(points) - np.array([self.x_m, self.y_m])
+        return middle + self.px_per_m * offset * np.array([1.0, -1.0])
+
+
+def size_of(place: Place) -> tuple[int, int]:
+    """Return width and height of a place's scene [px]: room for its path, within limits."""
+    low, high = _extent(place)
+    wanted = PX_PER_M * (high - low + 2.0 * MARGIN_M)
+    width, height = np.clip(wanted, SMALLEST, LARGEST) // MULTIPLE * MULTIPLE
+    return int(width), int(height)
+
+
+def view_of(place: Place, width: int, height: int) -> View | None:
+    """Return the view of the whole path, or None where that is too far to see anything."""
+    low, high = _extent(place)
+    scale = float(min(np.array([width, height]) / (high - low + 2.0 * LEAST_MARGIN_M)))
+    if scale < FARTHEST_PX_PER_M:
+        return None
+    x_m, y_m = (low + high) / 2.0
+    return View(float(x_m), float(y_m), min(scale, PX_PER_M), width, height)
+
+
+def _extent(place: Place) -> tuple[Floats, Floats]:
+    """Return the corners (2,), (2,) of the box around a path [m]."""
+    length = path_length(place.path.view(np.recarray))
+    points = sample_path(place.path, np.linspace(0.0, length, 65))[:, :2]
+    return points.min(axis=0), points.max(axis=0)

@@ -1,0 +1,150 @@
+"""A place seen from above: floor and walls, people and their space, the robot and its senses."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from hazbot_gym.core.geometry import path_length, sample_path
+from hazbot_gym.core.kinematics import Chassis
+from hazbot_gym.core.proxemics import INTIMATE_M, PERSONAL_M, SOCIAL_M
+from hazbot_gym.core.state import PRESENT, Floats, Place, Records
+from hazbot_gym.core.ultrasonic import mounting
+from hazbot_gym.envs.canvas import (
+    ECHO,
+    FLOOR,
+    INK,
+    NOBODY,
+    OUTSIDE,
+    PEOPLE,
+    ROBOT,
+    SOFT,
+    SPACE,
+    Canvas,
+    Color,
+    dark,
+    mixed,
+    pale,
+    turned,
+)
+from hazbot_gym.envs.frame import Frame
+
+DASH_M = 0.15
+WALL_M = 0.07  # drawn width
+AHEAD_S = 0.35  # a person's pointer ends where the person's rim will be then
+INTIMATE_ALPHA, PERSONAL_ALPHA, SOCIAL_ALPHA = 62, 28, 60
+INTIMATE, PERSONAL = (mixed(SPACE, FLOOR, a / 255) for a in (INTIMATE_ALPHA, PERSONAL_ALPHA))
+
+
+def draw_floor(canvas: Canvas, place: Place) -> None:
+    """Draw what lies on the floor and never moves: the path, dashed, and its end."""
+    canvas.fill(FLOOR)
+    length = path_length(place.path.view(np.recarray))
+    for start in np.arange(0.0, length, 2.5 * DASH_M):
+        ends = np.array([start, min(start + DASH_M, length)])
+        canvas.ribbon(sample_path(place.path, ends)[:, :2], 0.02, SOFT)
+    x_m, y_m, *_ = sample_path(place.path, np.array([length]))[0]
+    for radius_m, color in ((0.13, INK), (0.10, FLOOR), (0.06, INK)):
+        canvas.disc(x_m, y_m, radius_m, color)
+
+
+def draw_walls(canvas: Canvas, frame: Frame) -> None:
+    """Draw the walls and what lies behind them, where nobody can get; the floor is left open."""
+    canvas.fill(OUTSIDE)
+    for x1, y1, x2, y2 in frame.place.walls:
+        canvas.ribbon(np.array([[x1, y1], [x2, y2]]), WALL_M, INK)
+    canvas.cut_out(frame.x_m, frame.y_m)
+
+
+def draw_space(canvas: Canvas, people: Records) -> None:
+    """Shade Hall's intimate and personal zones, and outline the social one."""
+    with canvas.layer():
+        for person in people:
+            radius_m = float(person["radius"]) + SOCIAL_M
+            canvas.ring(person["x"], person["y"], radius_m, (*SPACE, SOCIAL_ALPHA))
+        for clearance_m, alpha in ((PERSONAL_M, PERSONAL_ALPHA), (INTIMATE_M, INTIMATE_ALPHA)):
+            for person in people:
+                radius_m = float(person["radius"]) + clearance_m
+                canvas.disc(person["x"], person["y"], radius_m, (*SPACE, alpha))
+
+
+def draw_trail(canvas: Canvas, frame: Frame) -> None:
+    """Draw where the robot has been."""
+    points = np.vstack([frame.trail, [frame.x_m, frame.y_m]])
+    canvas.ribbon(points, 0.05, pale(ROBOT))
+
+
+def draw_echoes(canvas: Canvas, frame: Frame) -> None:
+    """Fill each sensor's cone up to the first echo; without an echo it stays faint."""
+    sonar = frame.sonar
+    here = (frame.x_m, frame.y_m, frame.theta_rad)
+    with canvas.layer():
+        for sensor, reading in enumerate(frame.ranges_m):
+            front = math.sin(sonar.front_angle_rad), math.cos(sonar.front_angle_rad)
+            axis = np.array(mounting(sensor, *front))
+            mounted = math.atan2(axis[1], axis[0])
+            angles = np.linspace(-sonar.half_cone_rad, sonar.half_cone_rad, 13) + mounted
+            rim = sonar.mount_radius_m * axis
+            arc = rim + reading * np.column_stack([np.cos(angles), np.sin(angles)])
+            is_echo = reading < sonar.range_m
+            cone = turned(np.vstack([rim, arc]), *here)
+            canvas.polygon(cone, (*ECHO, 70 if is_echo else 30))
+            if is_echo:
+                canvas.ribbon(cone[1:], 0.03, (*ECHO, 230))
+
+
+def draw_people(canvas: Canvas, people: Records, patterns: list[int]) -> None:
+    """Draw everybody present, in the colour of the pattern."""
+    for person, pattern in zip(people, patterns, strict=True):
+        _draw_person(canvas, person, pattern_color(pattern))
+
+
+def draw_robot(canvas: Canvas, frame: Frame) -> None:
+    """Draw body, driven wheels, castor and the direction of driving."""
+    chassis, radius_m = Chassis(), frame.radius_m
+    here = (frame.x_m, frame.y_m, frame.theta_rad)
+    canvas.disc(frame.x_m, frame.y_m, radius_m, ROBOT)
+    canvas.disc(frame.x_m, frame.y_m, radius_m - 0.035, (226, 238, 247))
+    for side in (-1.0, 1.0):
+        wheel = _box(1.5 * chassis.r, 0.06, (0.0, side * chassis.L / 2.0))
+        canvas.polygon(turned(wheel, *here), INK)
+    # Drawn on the body's rim, its pivot lies further back; it trails outward in a turn.
+    castor = turned(_box(0.12, 0.045, (-0.03, 0.0)), -0.6 * radius_m, 0.0, -frame.castor_rad)
+    canvas.polygon(turned(castor, *here), INK)
+    arrow = radius_m * np.array([[0.8, 0.0], [0.05, 0.42], [0.2, 0.0], [0.05, -0.42]])
+    canvas.polygon(turned(arrow, *here), ROBOT)
+
+
+def present(frame: Frame) -> tuple[Records, list[int]]:
+    """Return the people who are there, and their patterns."""
+    rows = [i for i, person in enumerate(frame.people) if person["status"] == PRESENT]
+    return frame.people[rows], [frame.patterns[i] for i in rows]
+
+
+def pattern_color(pattern: int) -> Color:
+    """Return the colour of a walking pattern."""
+    return PEOPLE[pattern] if 0 <= pattern < len(PEOPLE) else NOBODY
+
+
+def _draw_person(canvas: Canvas, person: Any, color: Color) -> None:
+    """Draw shoulders and head on the disc that counts as the body, and where the person goes."""
+    x, y, radius_m = float(person["x"]), float(person["y"]), float(person["radius"])
+    vx, vy = float(person["vx"]), float(person["vy"])
+    heading_rad, tip_m = math.atan2(vy, vx), radius_m + AHEAD_S * math.hypot(vx, vy)
+    pointer = np.array([[tip_m, 0.0], [0.0, 0.5 * radius_m], [0.0, -0.5 * radius_m]])
+    canvas.polygon(turned(pointer, x, y, heading_rad), mixed(color, FLOOR, 0.7))
+    canvas.disc(x, y, radius_m, pale(color))
+    canvas.polygon(turned(_ellipse(0.5 * radius_m, radius_m), x, y, heading_rad), color)
+    canvas.disc(x, y, 0.42 * radius_m, dark(color))
+
+
+def _ellipse(half_length_m: float, half_width_m: float) -> Floats:
+    angles = np.linspace(0.0, 2.0 * math.pi, 48, endpoint=False)
+    return np.column_stack([half_length_m * np.cos(angles), half_width_m * np.sin(angles)])
+
+
+def _box(length_m: float, width_m: float, center: tuple[float, float]) -> Floats:
+    corners = np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [-1.0, 1.0]]) / 2.0
+    return corners * np.array([length_m, width_m]) + np.array(center)

@@ -1,0 +1,125 @@
+"""What an environment shows of itself: a picture when asked, or a window that follows along."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hazbot_gym.config import Config
+from hazbot_gym.core.kinematics import castor_angle
+from hazbot_gym.core.state import Floats
+from hazbot_gym.envs.frame import Frame
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.sim.world import World
+from hazbot_gym.task.outcome import MOVING_MPS
+from hazbot_gym.task.reward import TERMS
+
+if TYPE_CHECKING:
+    from hazbot_gym.envs.rendering import Painter
+    from hazbot_gym.envs.window import Window
+
+MODES = ("human", "rgb_array")
+TRAIL_STEPS = 1000  # decisions whose positions are remembered
+TITLE = "hazbot_gym"
+
+
+class Viewer:
+    """The eye on one environment; it remembers what the world's state does not tell.
+
+    Nothing of pygame is imported before the first picture, and without a mode there is none.
+    """
+
+    def __init__(self, mode: str | None, config: Config) -> None:
+        if mode is not None and mode not in MODES:
+            raise InvalidInput(
+                f"render_mode: given {mode!r}, allowed are None, {' and '.join(map(repr, MODES))}"
+            )
+        self._mode, self._config = mode, config
+        self._weights = np.array(config.reward)
+        self._frame: Frame | None = None
+        self._painter: Painter | None = None
+        self._window: Window | None = None
+
+    def begin(self) -> None:
+        """Forget the last episode."""
+        self._trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_STEPS)
+        self._castor_rad = self._total_reward = 0.0
+
+    def see(
+        self, world: World, ranges_m: Floats, patterns: list[int], terms: Floats, outcome: str
+    ) -> None:
+        """Take note of how things stand after a reset or step, and show it in the mode "human".
+
+        Args:
+            world: Whose state is shown.
+            ranges_m: (4,) ultrasonic readings.
+            patterns: The pattern of each person, as it is tracked.
+            terms: (7,) unweighted reward terms of the decision.
+            outcome: How the episode ended, or "" while it runs.
+        """
+        state, omega = world.snapshot(), float(world.robots["omega"][0])
+        if abs(state.speed_mps) > MOVING_MPS:  # the castor of a standing robot stays as it is
+            radius_m = state.speed_mps / omega if omega else math.inf
+            self._castor_rad = castor_angle(radius_m, self._config.drive.chassis)
+        weighted = terms * self._weights
+        self._total_reward += float(weighted.sum())
+        self._trail.append((state.x, state.y))
+        self._frame = Frame(
+            place=world.place,
+            x_m=state.x,
+            y_m=state.y,
+            theta_rad=state.theta,
+            people=world.people.copy(),
+            patterns=patterns,
+            ranges_m=ranges_m.copy(),
+            sonar=self._config.sensors.ultrasonic,
+            trail=np.array(self._trail),
+            castor_rad=self._castor_rad,
+            speed_mps=state.speed_mps,
+            command_mps=state.command_mps,
+            top_speed_mps=self._config.drive.nominal_speed_mps,
+            terms=dict(zip(TERMS, weighted.tolist(), strict=True)),
+            total_reward=self._total_reward,
+            time_s=state.time_s,
+            outcome=outcome,
+        )
+        if self._mode == "human":
+            self._show()
+
+    def picture(self) -> npt.NDArray[np.uint8] | None:
+        """Return the picture of how things stand (H, W, 3); None in other modes than "rgb_array".
+
+        Raises:
+            InvalidInput: there has been no reset yet.
+        """
+        return self._paint() if self._mode == "rgb_array" else None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is copied or pickled: everything but paint and window."""
+        return {**self.__dict__, "_painter": None, "_window": None}
+
+    def _show(self) -> None:
+        if self._window is None:
+            from hazbot_gym.envs.window import Window
+
+            self._window = Window(TITLE, 1.0 / self._config.clock.decision_s)
+        if self._window.is_open:
+            self._window.show(self._paint())
+
+    def _paint(self) -> npt.NDArray[np.uint8]:
+        if self._frame is None:
+            raise InvalidInput("render: no episode has begun, call reset first")
+        if self._painter is None:
+            from hazbot_gym.envs.rendering import Painter
+
+            self._painter = Painter(self._frame.place)
+        return self._painter.paint(self._frame)

@@ -1,0 +1,84 @@
+"""A window that shows pictures at a steady rate; closing it is no error, it just shows no more."""
+
+from __future__ import annotations
+
+import os
+
+from hazbot_gym.envs.canvas import Image, pygame
+from hazbot_gym.errors import InvalidInput
+
+UNSEEN = ("dummy", "offscreen")  # SDL's drivers without a screen
+_NO_DISPLAY = (
+    "render_mode: given 'human', but there is no display; allowed is 'rgb_array', "
+    "`hazbot watch --save FILE`, or SDL_VIDEODRIVER=dummy for a window that nobody sees"
+)
+
+
+class Window:
+    """The window of this process; pygame has one, a second ``Window`` would share it.
+
+    Attributes:
+        is_open: Whether there is still somebody to show pictures to.
+    """
+
+    def __init__(self, title: str, pictures_per_s: float) -> None:
+        """Make ready to show.
+
+        Args:
+            title: Of the window.
+            pictures_per_s: At most; ``show`` waits if it is called sooner.
+
+        Raises:
+            InvalidInput: there is no display.
+        """
+        _open_display()
+        self.is_open = True
+        self._title, self._pictures_per_s = title, pictures_per_s
+        self._clock = pygame.time.Clock()
+        self._pressed: list[str] = []
+
+    def show(self, image: Image) -> None:
+        """Show a picture (height, width, 3) of uint8, and wait until the next one is due."""
+        if not self.is_open:
+            return
+        height, width, _ = image.shape
+        surface = pygame.display.get_surface()
+        if surface is None or surface.get_size() != (width, height):
+            surface = pygame.display.set_mode((width, height))
+            pygame.display.set_caption(self._title)
+        surface.blit(pygame.image.frombuffer(image.tobytes(), (width, height), "RGB"), (0, 0))
+        pygame.display.flip()
+        self.wait()
+
+    def wait(self) -> None:
+        """Let the time of one picture pass, and see what the user does meanwhile."""
+        self._clock.tick(self._pictures_per_s)
+        for event in pygame.event.get():
+            if event.type == pygame.QUIT:
+                self.close()
+                return
+            if event.type == pygame.KEYDOWN:
+                self._pressed.append(pygame.key.name(event.key))
+
+    def pressed(self) -> list[str]:
+        """Return the names of the keys pressed since the last call, such as "space"."""
+        pressed, self._pressed = self._pressed, []
+        return pressed
+
+    def close(self) -> None:
+        """Close the window for good; closing twice does no harm."""
+        if self.is_open:
+            self.is_open = False
+            pygame.display.quit()
+
+
+def _open_display() -> None:
+    """Make pygame ready to open a window, where somebody can see it or has asked for none."""
+    try:
+        pygame.display.init()
+    except pygame.error as error:
+        raise InvalidInput(_NO_DISPLAY) from error
+    # Without a screen SDL draws into nowhere and says nothing.
+    if pygame.display.get_driver() in UNSEEN and "SDL_VIDEODRIVER" not in os.environ:
+        pygame.display.quit()
+        raise InvalidInput(_NO_DISPLAY)

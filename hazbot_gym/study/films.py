@@ -1,0 +1,88 @@
+"""Pictures to files: a film as mp4, an animation as gif, a single picture as png."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Generator
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from hazbot_gym.errors import MissingExtra
+
+try:
+    import imageio_ffmpeg
+    import PIL.Image
+except ImportError as error:
+    raise MissingExtra("moviepy", "render") from error  # brings both
+
+Image = npt.NDArray[np.uint8]  # (height, width, 3), with even sides
+
+
+class Film(Protocol):
+    """A file to which pictures are added one by one."""
+
+    def add(self, image: Image) -> None:
+        """Add the next picture."""
+
+    def close(self) -> None:
+        """Finish the file."""
+
+
+class Mp4:
+    """A film in H.264, which every browser plays."""
+
+    def __init__(self, path: Path, pictures_per_s: float) -> None:
+        self._path, self._pictures_per_s = str(path), pictures_per_s
+        self._writer: Generator[None, bytes | None, None] | None = None
+
+    def add(self, image: Image) -> None:
+        """Add the next picture."""
+        if self._writer is None:
+            height, width, _ = image.shape
+            self._writer = imageio_ffmpeg.write_frames(
+                self._path,
+                (width, height),
+                fps=self._pictures_per_s,
+                quality=8,
+                output_params=["-f", "mp4"],  # whatever the path's ending
+            )
+            self._writer.send(None)
+        self._writer.send(image.tobytes())
+
+    def close(self) -> None:
+        """Finish the file, if there is anything in it."""
+        if self._writer is not None:
+            self._writer.close()
+
+
+class Gif:
+    """An animation that starts over and over, in the colours of its first picture."""
+
+    def __init__(self, path: Path, pictures_per_s: float) -> None:
+        self._path, self._duration_ms = path, 1000.0 / pictures_per_s
+        self._palette: PIL.Image.Image | None = None
+        self._packed: list[io.BytesIO] = []  # plain pictures would fill the memory
+
+    def add(self, image: Image) -> None:
+        """Add the next picture."""
+        plain = PIL.Image.Dither.NONE  # dithering would flicker, and fill the file
+        picture = PIL.Image.fromarray(image)
+        if self._palette is None:
+            self._palette = picture.quantize(method=PIL.Image.Quantize.FASTOCTREE, dither=plain)
+        self._packed.append(io.BytesIO())
+        picture.quantize(palette=self._palette, dither=plain).save(self._packed[-1], "PNG")
+
+    def close(self) -> None:
+        """Write the file, if there is anything to write."""
+        pictures = (PIL.Image.open(packed) for packed in self._packed)
+        if (first := next(pictures, None)) is not None:
+            options = {"save_all": True, "duration": self._duration_ms, "loop": 0}
+            first.save(self._path, "GIF", append_images=pictures, **options)
+
+
+def save_picture(path: Path, image: Image) -> None:
+    """Write a picture as png, whatever the path's ending."""
+    PIL.Image.fromarray(image).save(path, "PNG", optimize=True)
