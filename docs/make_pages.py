@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from hazbot_gym.study import bench_report, calibration_report
+from hazbot_gym.study import bench_report, calibration_report, headroom_report
 
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
@@ -30,6 +30,7 @@ class Page(NamedTuple):
 RECORDS = ROOT / "benchmarks"
 PAGES = (
     Page("performance", bench_report.page, RECORDS / "bench.json"),
+    Page("headroom", headroom_report.page, RECORDS / "headroom.json"),
     Page("people", calibration_report.page, RECORDS / "calibration.json"),
 )
 

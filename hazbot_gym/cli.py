@@ -245,6 +245,31 @@ def calibrate(
 
 
 @app.command()
+def headroom(
+    env: Annotated[
+        list[str] | None, typer.Option(help="Environment, e.g. Crossing-v0; all if not given.")
+    ] = None,
+    episodes: Annotated[int, typer.Option(help="Scenarios of each.", min=1)] = 40,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,
+) -> None:
+    """Compare rules with the exact optimum, where people do not react: minutes."""
+    from hazbot_gym.study import headroom as room
+    from hazbot_gym.study import headroom_report
+    from hazbot_gym.study.comparison import progress_bar
+
+    _check_parent(json_file)
+    known = room.environments()
+    unknown = [name for name in env or () if name not in known]
+    if unknown:
+        raise InvalidInput(f"env: given {unknown[0]!r}, allowed are {', '.join(known)}")
+    with progress_bar(Console(stderr=True)) as progress:
+        task = progress.add_task("scenarios", total=episodes * len(env or known))
+        record = room.headroom(env or known, episodes, on_progress=lambda: progress.advance(task))
+    _console().print(headroom_report.table(record))
+    _write_json(json_file, record)
+
+
+@app.command()
 def bench(
     quick: Annotated[bool, typer.Option("--quick", help="A rough number in seconds.")] = False,
     json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,

@@ -2,7 +2,7 @@
 
 - ``base``: what a policy is, how one is made from its name, and their register
 - ``constant``: one speed, whatever happens
-- ``stop_on_sight``: stops if something is near ahead
+- ``stop_on_sight``, ``stop_when_near``: stop for what is ahead, or for whoever is near
 - ``sonar_estimate``: people from ultrasonic readings; ``people_rule``: rules that see them so
 - ``ssm``, ``ttc``, ``fuzzy_expert``: speed and separation monitoring, a time-to-collision governor,
   and the paper's fuzzy strategy, the reference

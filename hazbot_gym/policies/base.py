@@ -80,6 +80,10 @@ REGISTER = {
         "hazbot_gym.policies.stop_on_sight:StopOnSight",
         "stops if an ultrasonic sensor in front reads less than stop_m=, until resume_m=",
     ),
+    "stop_when_near": Entry(
+        "hazbot_gym.policies.stop_when_near:StopWhenNear",
+        "stops while somebody is nearer than stop_m=",
+    ),
     "ssm": Entry(
         "hazbot_gym.policies.ssm:Ssm",
         "speed and separation monitoring; mode=strict|directional, margin_m=, nominal_mps=",

@@ -1,0 +1,35 @@
+"""Stops while somebody is near, drives at full speed otherwise: the simplest rule about people.
+
+The bearing does not matter, nor who is walking where. Study after study has it as the rule that an
+elaborate strategy has to beat.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Ge
+from pydantic import ConfigDict
+from pydantic.dataclasses import dataclass
+
+from hazbot_gym.core.state import PERSON_RADIUS_M, ROBOT_RADIUS_M, Floats
+from hazbot_gym.policies.base import Observations
+from hazbot_gym.policies.people_rule import PeopleRule
+from hazbot_gym.task.observation import PERSON_SLOTS, layout_of
+
+
+@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+class StopWhenNear(PeopleRule):
+    """Stops while the clearance to the nearest person is below a threshold."""
+
+    stop_m: Annotated[float, Ge(0)] = 1.2  # the knob of the family; Hall's personal distance
+
+    def speed_share(self, observation: Observations) -> Floats:
+        """Return 0 or 1; see ``base.Rule``."""
+        seen = layout_of(observation).decode(observation)
+        is_near = np.zeros(np.shape(observation)[:-1], np.bool_)
+        for i in range(PERSON_SLOTS):
+            clearance = seen[f"person{i}_distance_m"] - PERSON_RADIUS_M - ROBOT_RADIUS_M
+            is_near |= (seen[f"person{i}_present"] > 0.5) & (clearance < self.stop_m)
+        return np.where(is_near, 0.0, 1.0)

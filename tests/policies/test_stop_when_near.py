@@ -1,0 +1,41 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies import make
+from hazbot_gym.task.observation import LAYOUTS
+
+TRACKS = LAYOUTS["tracks"]
+
+
+def seen(*distances_m: float) -> np.ndarray:
+    """Return an observation with people at some distances between centres."""
+    observation = np.zeros(TRACKS.width, np.float32)
+    for i, distance_m in enumerate(distances_m):
+        for name, value in (("present", 1.0), ("distance_m", distance_m), ("bearing_cos", -1.0)):
+            column = TRACKS.names.index(f"person{i}_{name}")
+            observation[column] = value / TRACKS.fields[column].scale
+    return observation
+
+
+@pytest.mark.parametrize(
+    ("distances_m", "action"),
+    [((), 1.0), ((1.8,), 1.0), ((1.6,), -1.0), ((3.0, 1.6), -1.0)],
+)
+def test_it_stands_while_anybody_is_nearer_than_the_threshold(
+    distances_m: tuple[float, ...], action: float
+) -> None:
+    policy = make("stop_when_near:stop_m=1.2")
+    assert policy.predict(seen(*distances_m))[0] == pytest.approx([action])
+
+
+def test_stacked_observations_are_judged_one_by_one() -> None:
+    stacked = np.stack([seen(1.0), seen(3.0)])
+    assert make("stop_when_near").predict(stacked)[0].tolist() == [[-1.0], [1.0]]
+
+
+def test_a_threshold_below_zero_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="stop_m"):
+        make("stop_when_near:stop_m=-1")
