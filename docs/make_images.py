@@ -9,15 +9,19 @@ import pygame
 
 import hazbot_gym
 from hazbot_gym import policies
+from hazbot_gym.study.watching import Show, save
 
 IMAGES = Path(__file__).parent / "images"
 
 # Environment, seed and decision of each picture.
 PICTURES = {
-    "corridor.png": ("hazbot_gym/Corridor-v0", 14, 88),
-    "aisle.png": ("hazbot_gym/Aisle-v0", 15, 97),
-    "intersection.png": ("hazbot_gym/Intersection-v0", 14, 91),
+    "corridor.png": ("hazbot_gym/Corridor-v0", 3, 142),
+    "intersection.png": ("hazbot_gym/Intersection-v0", 47, 129),
+    "doorway.png": ("hazbot_gym/Doorway-v0", 33, 62),
+    "aisle.png": ("hazbot_gym/Aisle-v0", 9, 171),
+    "circle.png": ("hazbot_gym/Circle-v0", 12, 100),
 }
+FILM = "encountering.gif"  # the paper's encounter, E*
 
 
 def picture(env_id: str, seed: int, decisions: int) -> pygame.Surface:
@@ -37,3 +41,5 @@ if __name__ == "__main__":
     IMAGES.mkdir(exist_ok=True)
     for name, (env_id, seed, decisions) in PICTURES.items():
         pygame.image.save(picture(env_id, seed, decisions), IMAGES / name)
+    show = Show("fuzzy_expert", "hazbot_gym/Corridor-v0", overrides={"scenario": "E*"}, speed=4.0)
+    save(show, IMAGES / FILM, is_replacing=True)

@@ -62,7 +62,6 @@ def hazbot(*arguments: str) -> Result:
         ("eval --policy constant --set tier", "tier"),
         ("eval --policy constant --set place=nowhere", "nowhere"),
         ("eval --policy constant --env hazbot_gym/Replay-v0 --set tracks=/no/such", "/no/such"),
-        ("eval --policy ppo", "ppo"),
         ("eval --policy learned:nowhere.npz", "nowhere.npz"),
         ("eval --policy learned:nowhere.zip", "--allow-pickle"),
         ("eval --policy learned:nowhere.zip --allow-pickle", "Stable-Baselines3"),

@@ -12,7 +12,8 @@ COMMANDS = re.findall(r"^make (\w+)", README, flags=re.MULTILINE)
 
 
 @pytest.mark.parametrize("snippet", SNIPPETS, ids=lambda text: text.strip().splitlines()[-1][:40])
-def test_every_snippet_runs(snippet: str) -> None:
+def test_every_snippet_runs(snippet: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     exec(compile(snippet, "README.md", "exec"), {"__name__": "readme"})
 
 

@@ -177,6 +177,7 @@ def card(trained: Trained, name: str) -> str:
     """Return the model card of a trained actor, as Markdown."""
     actor, about = trained
     sizes = " -> ".join(str(n) for n in (actor.width, *(layer.bias.size for layer in actor.layers)))
+    training = {name: each for name, each in about["training"].items() if name != "environments"}
     results = "\n".join(f"| {key} | {value} |" for key, value in about["results"].items())
     return f"""# {name}
 
@@ -198,7 +199,9 @@ A speed policy for the environments of hazbot_gym, trained with {about["algorith
 
 ## How it was trained
 
+The environments' full configs are in the file.
+
 ```json
-{json.dumps(about["training"], indent=2)}
+{json.dumps(training, indent=2)}
 ```
 """

@@ -52,6 +52,12 @@ DEFAULT_SETS = (*PAPER_SETS, *PATTERN_SETS, _preset("Corridor"), *PLACE_SETS)
 DEFAULT_POLICIES = (
     "fuzzy_expert:rules=complete32",
     "fuzzy_expert:rules=literal8",
+    "ppo",
+    "stop_on_sight",
+    "stop_when_near",
+    "ssm:mode=strict",
+    "ssm:mode=directional",
+    "ttc",
     "constant:0.25",
     "constant:0.5",
     "constant:0.75",

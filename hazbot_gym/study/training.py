@@ -68,7 +68,11 @@ class Result(NamedTuple):
 
 
 def train(
-    config: TrainConfig, out: Path, *, resume: bool = False, console: Console | None = None
+    config: TrainConfig,
+    out: Path | str,
+    *,
+    resume: bool = False,
+    console: Console | None = None,
 ) -> Result:
     """Run a training, or what is left of one, and export its best policy.
 
@@ -83,7 +87,7 @@ def train(
     Raises:
         InvalidInput: Something about the config or the folder is not usable; nothing was written.
     """
-    console = console or Console(quiet=True)
+    out, console = Path(out), console or Console(quiet=True)
     torch.set_num_threads(1)
     claim(out, config.identity(), resume=resume)
     envs = make_envs(config)

@@ -136,7 +136,6 @@ def test_a_file_is_replaced_if_asked(tmp_path: Path) -> None:
         ({"speed": float("nan")}, "speed: given nan"),
         ({"policy": "telepathy"}, "telepathy"),
         ({"env_id": "CartPole-v1"}, "CartPole-v1"),
-        ({"policy": "fuzzy_expert", "overrides": {"tier": "sonar"}}, "tracks"),
     ],
     ids=str,
 )

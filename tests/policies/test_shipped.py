@@ -1,0 +1,68 @@
+"""The trained policies that come with the library."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hazbot_gym import policies
+from hazbot_gym.policies.actor_file import card, read
+from hazbot_gym.policies.learned import SHIPPED
+from hazbot_gym.study.rollout import evaluate
+from hazbot_gym.study.summary import means
+from hazbot_gym.study.train_config import load_training
+from hazbot_gym.task.observation import LAYOUTS
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+LARGEST_BYTES = 200_000
+
+tiers = pytest.mark.parametrize("tier", ["tracks", "sonar"])
+
+
+@tiers
+def test_it_is_small_and_says_by_which_config_it_comes_again(tier: str) -> None:
+    path = SHIPPED / f"ppo_{tier}.npz"
+    assert path.stat().st_size < LARGEST_BYTES
+    about = read(path).about
+    assert about["tier"] == tier
+    config = load_training(CONFIGS / f"ppo_shipped_{tier}.yaml")
+    assert about["training"]["config"] == config.model_dump(mode="json")
+
+
+@tiers
+def test_its_card_is_that_of_the_file(tier: str) -> None:
+    path = SHIPPED / f"ppo_{tier}.npz"
+    assert path.with_suffix(".md").read_text(encoding="utf-8") == card(read(path), path.stem)
+
+
+@tiers
+def test_it_drives_on_an_empty_floor_and_stops_for_nobody(tier: str) -> None:
+    found = means(
+        evaluate(
+            "ppo",
+            "hazbot_gym/Corridor-v0",
+            episodes=3,
+            overrides={"tier": tier, "people": {"count": [0, 0]}},
+        )
+    )
+    assert found["arrived"] == 1.0
+    assert found["time_ratio"] < 1.2
+
+
+@tiers
+def test_it_arrives_without_driving_into_anybody(tier: str) -> None:
+    overrides = {"tier": tier}
+    found = means(
+        evaluate("ppo", "hazbot_gym/Crossing-v0", episodes=30, seed=9, overrides=overrides)
+    )
+    assert found["arrived"] > 0.9
+    assert found["contact_robot_caused"] == 0.0
+
+
+def test_one_name_serves_both_tiers() -> None:
+    policy = policies.make("ppo")
+    for tier in ("tracks", "sonar"):
+        actions, _ = policy.predict(np.zeros((2, LAYOUTS[tier].width), np.float32))
+        assert actions.shape == (2, 1)
