@@ -61,7 +61,10 @@ def test_policy_of_one_s_own_is_an_object_or_what_makes_one(spec: str) -> None:
 @pytest.mark.parametrize(
     ("spec", "complaint"),
     [
-        ("nobody", "'nobody' is not known; allowed are constant, stop_on_sight, stop_when_near, ssm, ttc"),
+        (
+            "nobody",
+            "'nobody' is not known; allowed are constant, stop_on_sight, stop_when_near, ssm, ttc",
+        ),
         ("no_such_module:x", "no module 'no_such_module'.* allowed are constant"),
         ("hazbot_gym.no_such:x", "no module 'hazbot_gym.no_such'"),
         ("elsewhere:missing", "no attribute 'missing'"),
