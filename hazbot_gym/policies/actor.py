@@ -1,4 +1,4 @@
-"""A trained actor as plain arrays: normalise, hidden layers, head. numpy only, no torch.
+"""A trained actor as plain arrays: normalise, hidden layers, head. no torch.
 
 What Stable-Baselines3 does with its networks when it acts deterministically, written out:
 
@@ -16,6 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+
+from hazbot_gym.core.jit import lean_kernel
 
 Floats32 = npt.NDArray[np.float32]
 
@@ -51,6 +53,30 @@ class Layer(NamedTuple):
     weight: Floats32  # (inputs, outputs)
     bias: Floats32  # (outputs,)
 
+    def apply(self, x: Floats32) -> Floats32:
+        """Return y for inputs (..., inputs): shape (..., outputs)."""
+        rows = np.ascontiguousarray(x.reshape(-1, x.shape[-1]), np.float32)
+        out = np.empty((len(rows), self.bias.size), np.float32)
+        _map_rows(rows, np.ascontiguousarray(self.weight), np.ascontiguousarray(self.bias), out)
+        return out.reshape(*x.shape[:-1], self.bias.size)
+
+
+@lean_kernel
+def _map_rows(rows: Floats32, weight: Floats32, bias: Floats32, out: Floats32) -> None:
+    """Write x W + b for every row.
+
+    Not by numpy's matrix product: its sums depend, in the last digit, on how many rows there are,
+    and an episode would not be the same alone as among others.
+    """
+    for i in range(rows.shape[0]):
+        y = out[i]
+        for k in range(bias.shape[0]):
+            y[k] = bias[k]
+        for j in range(rows.shape[1]):
+            x, w = rows[i, j], weight[j]
+            for k in range(bias.shape[0]):  # compiles to vector instructions
+                y[k] += x * w[k]
+
 
 class Normalisation(NamedTuple):
     """What VecNormalize has learned of the observations."""
@@ -81,6 +107,6 @@ class Actor(NamedTuple):
             mean, variance, clip, epsilon = self.normalisation
             x = np.clip((x - mean) / np.sqrt(variance + np.float32(epsilon)), -clip, clip)
         activate = ACTIVATIONS[self.activation]
-        for weight, bias in self.layers[:-1]:
-            x = activate(x @ weight + bias)
-        return HEADS[self.head](x @ self.layers[-1].weight + self.layers[-1].bias)
+        for layer in self.layers[:-1]:
+            x = activate(layer.apply(x))
+        return HEADS[self.head](self.layers[-1].apply(x))
