@@ -5,7 +5,7 @@ import pytest
 from hazbot_gym.study.config import DEFAULT_POLICIES
 from hazbot_gym.study.report_style import DASHES, MARKS, styles
 
-MANY = (*DEFAULT_POLICIES, "stop_on_sight", "ssm", "ssm:directional", "ppo", "mine:Policy")
+MANY = (*DEFAULT_POLICIES, "ssm", "ssm:directional", "mine:Policy")
 
 
 def contrast_to_white(color: str) -> float:
