@@ -9,7 +9,6 @@ import pygame
 
 import hazbot_gym
 from hazbot_gym import policies
-from hazbot_gym.study.watching import Show, save
 
 IMAGES = Path(__file__).parent / "images"
 
@@ -21,7 +20,6 @@ PICTURES = {
     "aisle.png": ("hazbot_gym/Aisle-v0", 9, 171),
     "circle.png": ("hazbot_gym/Circle-v0", 12, 100),
 }
-FILM = "encountering.gif"  # the paper's encounter, E*
 
 
 def picture(env_id: str, seed: int, decisions: int) -> pygame.Surface:
@@ -41,5 +39,3 @@ if __name__ == "__main__":
     IMAGES.mkdir(exist_ok=True)
     for name, (env_id, seed, decisions) in PICTURES.items():
         pygame.image.save(picture(env_id, seed, decisions), IMAGES / name)
-    show = Show("fuzzy_expert", "hazbot_gym/Corridor-v0", overrides={"scenario": "E*"}, speed=4.0)
-    save(show, IMAGES / FILM, is_replacing=True)

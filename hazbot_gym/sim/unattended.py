@@ -1,4 +1,4 @@
-"""People among themselves, where no robot is: recorded, or walking by the model alone."""
+"""People among themselves: how they walk where no robot is."""
 
 from __future__ import annotations
 

@@ -15,8 +15,8 @@ from rich.table import Table
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import make as make_policy
+from hazbot_gym.study.files import write_atomically
 from hazbot_gym.study.metrics import Row, SsmThresholds, measure
-from hazbot_gym.study.records import write_atomically
 from hazbot_gym.study.rollout import episode_seed, make_env, run_episode, scenario_set
 from hazbot_gym.study.screens import (
     FILMS,

@@ -24,7 +24,7 @@ path: {points: [[0.0, 0.0], [0.16, 0.0]]}
 
 
 def problem(tmp_path: Path, **changes: Any) -> Config:
-    """Return a path of 0.16 m, on which the tolerance leaves 0.11 m to go, and ten decisions."""
+    """Return a path of 0.16 m, on which the tolerance leaves 0.11 m to go, and eight decisions."""
     place = tmp_path / "short.yaml"
     place.write_text(SHORT, encoding="utf-8")
     given = {"place": str(place), "max_episode_steps": 8, "drive": QUIET_DRIVE}
