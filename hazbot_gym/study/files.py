@@ -40,6 +40,36 @@ def write_text(path: Path, text: str) -> None:
     write_atomically(path, lambda beside: _write_text(beside, text))
 
 
+def owner(folder: Path, manifest: str, kind: str) -> str | None:
+    """Return which study or run a folder belongs to; None if it is new or empty.
+
+    Args:
+        folder: That results are to go to.
+        manifest: Name of the file in it that says whose it is.
+        kind: What the owner is called, ``study`` or ``run``: the key in that file.
+
+    Raises:
+        InvalidInput: It is a file, or holds files of nobody.
+    """
+    if not folder.exists():
+        return None
+    if not folder.is_dir():
+        raise InvalidInput(
+            f"out: given {str(folder)!r}, which is a file; give a new or empty folder"
+        )
+    if not any(folder.iterdir()):
+        return None
+    try:
+        found = json.loads((folder / manifest).read_text(encoding="utf-8"))[kind]
+    except (OSError, ValueError, KeyError, TypeError):
+        found = None
+    if not isinstance(found, str):
+        raise InvalidInput(
+            f"out: {str(folder)!r} holds files that are no {kind}'s; give a new or empty folder"
+        )
+    return found
+
+
 def sweep(folder: Path) -> None:
     """Remove what a killed run left half-written in a folder."""
     for leftover in folder.glob(".*.tmp"):

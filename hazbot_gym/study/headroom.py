@@ -26,7 +26,8 @@ from hazbot_gym.policies import make
 from hazbot_gym.policies.base import Actions, Observations, Policy
 from hazbot_gym.policies.knobs import sweep
 from hazbot_gym.study import batch_rollout
-from hazbot_gym.study.optimum import LEVELS, optimum
+from hazbot_gym.study.lattice import LEVELS
+from hazbot_gym.study.optimum import optimum
 from hazbot_gym.task.scenario import Source
 
 QUIET_DRIVE = {"wheel_loop": "ideal", "wheel_noise_radps": 0.0, "heading_noise_rad": 0.0}

@@ -13,7 +13,6 @@ again, and so is one that cannot be read.
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import NamedTuple
 
@@ -46,20 +45,8 @@ def claim(folder: Path, identity: str) -> None:
     Raises:
         InvalidInput: the folder holds another study or foreign files, or is no folder.
     """
-    if not folder.exists():
-        return
-    if not folder.is_dir():
-        raise InvalidInput(
-            f"out: given {str(folder)!r}, which is a file; give a new or empty folder"
-        )
-    if not any(folder.iterdir()):
-        return
-    found = _identity(folder / MANIFEST)
-    if found is None:
-        raise InvalidInput(
-            f"out: {str(folder)!r} holds files that are no study's; give a new or empty folder"
-        )
-    if found != identity:
+    found = files.owner(folder, MANIFEST, "study")
+    if found not in (None, identity):
         raise InvalidInput(
             f"out: {str(folder)!r} holds another study ({found}, this one is {identity}); "
             "give another --out, or remove that folder"
@@ -117,11 +104,3 @@ def sweep(folder: Path) -> None:
     """Remove what a killed run left half-written."""
     files.sweep(folder)
     files.sweep(folder / SHARDS)
-
-
-def _identity(manifest: Path) -> str | None:
-    try:
-        identity = json.loads(manifest.read_text(encoding="utf-8"))["study"]
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
-    return identity if isinstance(identity, str) else None

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.study.files import sweep
+from hazbot_gym.study.files import owner, sweep
 
 MANIFEST, POLICY, RESULT = "manifest.json", "policy.npz", "result.json"
 CHECKPOINTS, TENSORBOARD = "checkpoints", "tensorboard"
@@ -18,36 +17,16 @@ def claim(folder: Path, identity: str, *, resume: bool) -> None:
     Raises:
         InvalidInput: The folder holds another run or foreign files, or is no folder.
     """
-    if not folder.exists():
-        return
-    if not folder.is_dir():
-        raise InvalidInput(
-            f"out: given {str(folder)!r}, which is a file; give a new or empty folder"
-        )
-    if resume:
+    if resume and folder.is_dir():
         sweep(folder)
-    if not any(folder.iterdir()):
-        return
-    found = _identity(folder / MANIFEST)
-    if found is None:
-        raise InvalidInput(
-            f"out: {str(folder)!r} holds files that are no run's; give a new or empty folder"
-        )
-    if not resume:
+    found = owner(folder, MANIFEST, "run")
+    if found is not None and not resume:
         raise InvalidInput(
             f"out: {str(folder)!r} holds a run already; go on with it by --resume, or give another "
             "--out"
         )
-    if found != identity:
+    if found not in (None, identity):
         raise InvalidInput(
             f"out: {str(folder)!r} holds another run ({found}, this one is {identity}); give the "
             "config, seed, steps and engine that it was begun with"
         )
-
-
-def _identity(manifest: Path) -> str | None:
-    try:
-        identity = json.loads(manifest.read_text(encoding="utf-8"))["run"]
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
-    return identity if isinstance(identity, str) else None

@@ -14,7 +14,8 @@ from hazbot_gym.core.state import Floats
 from hazbot_gym.envs.vector import CorridorVectorEnv
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study.headroom import QUIET_DRIVE, headroom_config
-from hazbot_gym.study.optimum import LEVELS, Lattice, lattice_of, optimum
+from hazbot_gym.study.lattice import LEVELS, Lattice, lattice_of
+from hazbot_gym.study.optimum import optimum
 from hazbot_gym.task.scenario import Source
 
 SHORT = """
