@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -90,7 +91,7 @@ def next_velocities(
     return np.stack([people["next_vx"], people["next_vy"]], axis=-1)
 
 
-def stroll(people: Records, robot: Records, seconds: float, **options: Reaction) -> Floats:
+def stroll(people: Records, robot: Records, seconds: float, **options: Any) -> Floats:
     """Let people walk; return where they were, (steps, people, 2)."""
     places = []
     for _ in range(round(seconds / DT_S)):
@@ -255,3 +256,16 @@ def test_somebody_who_means_to_stand_is_not_blocked() -> None:
     velocity = next_velocities(people, robot_at(0.0, 0.0))
     assert people["blocked"][0] == 0.0
     assert velocity.tolist() == [[0.0, 0.0]]
+
+
+def test_with_what_people_feel_towards_each_other_they_would_graze_the_robot() -> None:
+    def clearance(force: SocialForce) -> float:
+        places = stroll(walker(-4.0, 0.05), robot_at(0.0, 0.0), 6.0, force=force)
+        return float(np.hypot(*places[:, 0].T).min()) - 0.5  # both radii
+
+    shipped = SocialForce()
+    calibrated = shipped._replace(
+        robot_strength_mps2=shipped.person_strength_mps2, robot_range_m=shipped.person_range_m
+    )
+    assert clearance(calibrated) < 0.1
+    assert clearance(shipped) > 0.2
