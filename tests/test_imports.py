@@ -28,7 +28,14 @@ BELOW = {
     "errors": (),
 }
 
-TRAINING = ("study.training", "study.training_envs", "study.training_log", "study.checkpoints")
+TRAINING = (
+    "study.training",
+    "study.training_envs",
+    "study.training_log",
+    "study.checkpoints",
+    "study.imitation",
+    "study.timed_critic",
+)
 
 # The only modules that may import a heavy library; a room's name stands for all its modules.
 HOMES = {

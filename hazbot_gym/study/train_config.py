@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from annotated_types import Ge, Gt, Le, MinLen
-from pydantic import Field, ValidationError, field_validator
+from pydantic import Field, ValidationError, ValidationInfo, field_validator
 
 from hazbot_gym.config import Config, Section, first_error, make_config, read_yaml
 from hazbot_gym.envs.registration import NAMESPACE
@@ -30,6 +30,17 @@ class Validation(Section):
     episodes: Annotated[int, Ge(1)] = 100  # shared out among the environments
 
 
+class Imitation(Section):
+    """A start from a teacher (``study/imitation.py``)."""
+
+    teacher: str = "fuzzy_expert"
+    decisions: Annotated[int, Ge(1)] = 700_000  # of the teacher that are watched
+    noise: Annotated[float, Ge(0)] = 0.2  # deviation by which its actions in [-1, 1] are disturbed
+    epochs: Annotated[int, Ge(1)] = 15
+    batch_size: Annotated[int, Ge(1)] = 2048
+    learning_rate: Annotated[float, Gt(0)] = 1e-3  # falls to nil
+
+
 class TrainConfig(Section):
     """All that decides the weights of a run; where it is written is not in here."""
 
@@ -42,6 +53,9 @@ class TrainConfig(Section):
     steps: Annotated[int, Ge(1)] = 3_000_000  # decisions in all
     seed: Annotated[int, Ge(0), Le(2**32 - 1)] = 0
     reward_scale: Annotated[float, Gt(0)] = 0.05  # brings returns near the networks' natural size
+    shaping: Literal["none", "free_drive"] = "none"  # free_drive: see study/shaping.py
+    timed_critic: bool = False  # whether the critic knows the time left; only for ppo
+    imitation: Imitation | None = None  # None: from nothing; only for ppo
     learning_rate: Annotated[float, Gt(0)] = 1e-3
     final_learning_rate: Annotated[float, Ge(0)] = 0.0  # reached linearly; logged returns are bare
     options: dict[str, Any] = Field(default_factory=dict)
@@ -52,6 +66,14 @@ class TrainConfig(Section):
     @classmethod
     def _one_or_several(cls, env: Any) -> Any:
         return (env,) if isinstance(env, str) else env
+
+    @field_validator("timed_critic", "imitation")
+    @classmethod
+    def _is_for_ppo(cls, value: Any, info: ValidationInfo) -> Any:
+        algorithm = info.data.get("algorithm")
+        if value and algorithm != "ppo":
+            raise ValueError(f"given with algorithm {algorithm!r}, allowed is 'ppo'")
+        return value
 
     def environments(self) -> tuple[Config, ...]:
         """Return the config of each environment, with the horizon that it is registered with.

@@ -43,7 +43,9 @@ except ImportError as error:
 from hazbot_gym.study import checkpoints, provenance, rollout
 from hazbot_gym.study.export import export_model
 from hazbot_gym.study.files import write_atomically, write_json
+from hazbot_gym.study.imitation import imitate
 from hazbot_gym.study.run_folder import CHECKPOINTS, MANIFEST, POLICY, RESULT, TENSORBOARD, claim
+from hazbot_gym.study.timed_critic import TimedCriticPolicy
 from hazbot_gym.study.train_config import TrainConfig
 from hazbot_gym.study.training_envs import TrainingEnvs, make_envs
 from hazbot_gym.study.training_log import EpisodeLog, ProgressBar
@@ -97,6 +99,8 @@ def train(
     stretches = Stretches(config, out, console)
     if resume:
         stretches.resume(model)
+    if config.imitation and model.num_timesteps == 0:
+        imitate(model, envs, config)
     model.set_logger(configure(str(out / TENSORBOARD), ["tensorboard"]))
     left = config.steps - model.num_timesteps
     bar = ProgressBar(console, config.steps)
@@ -128,7 +132,9 @@ def make_model(config: TrainConfig, envs: TrainingEnvs) -> BaseAlgorithm:
     if "action_noise" in options:  # its deviation; SB3 wants a noise for each action
         deviation = np.full(1, options["action_noise"], np.float32)
         options["action_noise"] = NormalActionNoise(np.zeros(1, np.float32), deviation)
-    policy = "MlpLstmPolicy" if config.algorithm == "recurrent_ppo" else "MlpPolicy"
+    policy: Any = "MlpLstmPolicy" if config.algorithm == "recurrent_ppo" else "MlpPolicy"
+    if config.timed_critic:
+        policy = TimedCriticPolicy
     try:
         return ALGORITHMS[config.algorithm](
             policy,

@@ -1,7 +1,8 @@
 """The environments of a training run, side by side, as Stable-Baselines3 wants them.
 
-Adds what a run needs besides: rewards scaled for the networks, and of every episode that ends its
-return, reward terms, cost and time ratio, under ``episode`` in its info, as Monitor does it.
+Adds what a run needs besides: rewards scaled and shaped for the networks; and under ``episode`` in
+the info of every episode that ends, as Monitor does it, its return, reward terms, cost and time
+ratio, neither scaled nor shaped.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
+import gymnasium
 import numpy as np
 import numpy.typing as npt
 import torch
@@ -20,6 +22,7 @@ from hazbot_gym.core.state import Floats
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.sb3 import CorridorVecEnv
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.study.shaping import FreeDrive
 from hazbot_gym.study.train_config import TrainConfig, shares
 from hazbot_gym.task.reward import TERMS
 
@@ -28,24 +31,34 @@ PROGRESS = TERMS.index("progress")
 
 
 class TrainingEnvs(VecEnv):
-    """Several ``VecEnv`` as one; their rewards are scaled, the sums in their infos are not."""
+    """Several ``VecEnv`` as one; rewards are scaled and shaped, the sums in infos are not."""
 
-    def __init__(self, parts: Sequence[VecEnv], configs: Sequence[Config], scale: float) -> None:
+    def __init__(
+        self, parts: Sequence[VecEnv], configs: Sequence[Config], training: TrainConfig
+    ) -> None:
         """Put environments side by side.
 
         Args:
             parts: Each a ``CorridorVecEnv`` or a ``DummyVecEnv`` of corridor environments.
             configs: The config of each.
-            scale: Factor of the rewards.
+            training: How their rewards are scaled and shaped, and whether observations end with
+                the time left.
         """
-        self.parts, self.scale = list(parts), scale
+        self.parts, self.scale = list(parts), training.reward_scale
+        self.is_timed = training.timed_critic
         sizes = [part.num_envs for part in parts]
         self.slices = [slice(sum(sizes[:i]), sum(sizes[: i + 1])) for i in range(len(sizes))]
         self._sums = np.zeros((sum(sizes), len(SUMS)))
         self._free_s = np.zeros(sum(sizes))
         self._decision_s = np.repeat([config.clock.decision_s for config in configs], sizes)
         self._nominal_mps = np.repeat([config.drive.nominal_speed_mps for config in configs], sizes)
-        super().__init__(sum(sizes), parts[0].observation_space, parts[0].action_space)
+        self._allowed = np.repeat([config.max_episode_steps for config in configs], sizes)
+        is_shaped = training.shaping == "free_drive"
+        self._free_drive = FreeDrive(configs, sizes) if is_shaped else None
+        space = parts[0].observation_space
+        super().__init__(
+            sum(sizes), _with_time(space) if self.is_timed else space, parts[0].action_space
+        )
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
         """Seed all worlds at the next reset: world i with ``seed + i``."""
@@ -55,11 +68,11 @@ class TrainingEnvs(VecEnv):
 
     def reset(self) -> npt.NDArray[np.float32]:
         """Start new episodes everywhere."""
-        observations = _aligned([part.reset() for part in self.parts])
+        parts = [part.reset() for part in self.parts]
         self._sums[:] = 0.0
         self.reset_infos = [info for part in self.parts for info in part.reset_infos]
         self._free_s[:] = [info["time_free_s"] for info in self.reset_infos]
-        return observations
+        return self._observed(parts)
 
     def step_async(self, actions: npt.NDArray[Any]) -> None:
         """Hand out the actions."""
@@ -68,8 +81,8 @@ class TrainingEnvs(VecEnv):
 
     def step_wait(self) -> tuple[npt.NDArray[np.float32], Any, Any, list[dict[str, Any]]]:
         """Take one decision in every world."""
+        potential = self._potential()
         steps = [part.step_wait() for part in self.parts]
-        observations = _aligned([step[0] for step in steps])
         rewards, dones = (np.concatenate([step[k] for step in steps]) for k in (1, 2))
         infos = [info for step in steps for info in step[3]]
         self._add_up(rewards, [step[3] for step in steps])
@@ -78,7 +91,33 @@ class TrainingEnvs(VecEnv):
                 self.reset_infos[own.start + i] = part.reset_infos[i]
         for i in np.flatnonzero(dones):
             infos[i]["episode"] = self._close(i)
-        return observations, rewards * np.float32(self.scale), dones, infos
+            if self._free_drive:
+                infos[i]["TimeLimit.truncated"] = False  # the potential has charged it
+            if self.is_timed:
+                last = infos[i]["terminal_observation"]
+                infos[i]["terminal_observation"] = np.append(last, np.float32(0.0))
+        shaped = rewards + np.where(dones, 0.0, self._potential()) - potential
+        observations = self._observed([step[0] for step in steps])
+        return observations, (self.scale * shaped).astype(np.float32), dones, infos
+
+    def _observed(self, parts: list[npt.NDArray[np.float32]]) -> npt.NDArray[np.float32]:
+        """Return the observations of all worlds, with the time left if that is wanted."""
+        if not self.is_timed:
+            return _aligned(parts)
+        time_left = np.asarray(1.0 - self._sums[:, -1] / self._allowed, np.float32)
+        return _aligned(
+            [
+                np.column_stack((part, time_left[own]))
+                for part, own in zip(parts, self.slices, strict=True)
+            ]
+        )
+
+    def _potential(self) -> Floats:
+        """Return the potential of all worlds (N,), 0 without shaping."""
+        if self._free_drive is None:
+            return np.zeros(self.num_envs)
+        path = self._free_s / self._decision_s
+        return self._free_drive.potential(path, self._sums[:, PROGRESS], self._sums[:, -1])
 
     def _add_up(self, rewards: Floats, infos: list[list[dict[str, Any]]]) -> None:
         """Add a decision to the sums of the episodes that are going on."""
@@ -134,7 +173,14 @@ def make_envs(config: TrainConfig) -> TrainingEnvs:
     make = _batched if config.engine == "batched" else _pymunk
     sizes, configs = shares(config.worlds, len(config.env)), config.environments()
     parts = [make(*each, config.threads) for each in zip(configs, sizes, strict=True)]
-    return TrainingEnvs(parts, configs, config.reward_scale)
+    return TrainingEnvs(parts, configs, config)
+
+
+def _with_time(space: gymnasium.Space[Any]) -> gymnasium.spaces.Box:
+    """Return the space of observations with the time left, a share, as their last entry."""
+    assert isinstance(space, gymnasium.spaces.Box)
+    low, high = np.append(space.low, np.float32(0.0)), np.append(space.high, np.float32(1.0))
+    return gymnasium.spaces.Box(low, high)
 
 
 def _batched(config: Config, worlds: int, threads: int) -> VecEnv:

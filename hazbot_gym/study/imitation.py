@@ -1,0 +1,93 @@
+"""A start from a teacher: supervised learning, from which reinforcement learning goes on.
+
+The teacher drives, pushed off its course by noise so that ways back are seen too (DART, Laskey et
+al., CoRL 2017). The actor learns what the teacher would have done, by least squares; the critic
+what came of it, so that PPO's first updates do not undo what the actor has learned.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from stable_baselines3 import PPO
+
+from hazbot_gym.core.state import Floats
+from hazbot_gym.policies import make
+from hazbot_gym.study import rollout
+from hazbot_gym.study.train_config import Imitation, TrainConfig
+from hazbot_gym.study.training_envs import TrainingEnvs
+
+
+class Lessons(NamedTuple):
+    """Decisions of a teacher, those whose episode has ended."""
+
+    observations: torch.Tensor  # (M, width)
+    actions: torch.Tensor  # (M, 1) what the teacher would do
+    returns: torch.Tensor  # (M,) discounted rewards from there to the end
+
+
+def imitate(model: PPO, envs: TrainingEnvs, config: TrainConfig) -> None:
+    """Let a new model learn from the teacher of its run; the same seed teaches it the same."""
+    assert config.imitation is not None
+    seed = rollout.episode_seed(config.seed, "imitation", 0)
+    envs.seed(seed)
+    lessons = watch(envs, config.imitation, float(model.gamma), np.random.default_rng(seed))
+    learn(model, lessons, config.imitation, torch.Generator().manual_seed(seed))
+
+
+def watch(
+    envs: TrainingEnvs, imitation: Imitation, gamma: float, rng: np.random.Generator
+) -> Lessons:
+    """Let the teacher drive in all worlds side by side."""
+    teacher, state = make(imitation.teacher), None
+    observation, starts = envs.reset(), np.ones(envs.num_envs, np.bool_)
+    seen, done, told = [], [], []
+    for _ in range(-(-imitation.decisions // envs.num_envs)):
+        shown = observation[:, :-1] if envs.is_timed else observation
+        action, state = teacher.predict(shown, state, starts)
+        seen.append(observation), told.append(action)
+        noise = imitation.noise * rng.standard_normal(action.shape, np.float32)
+        observation, rewards, starts, _ = envs.step(np.clip(action + noise, -1.0, 1.0))
+        done.append((rewards, starts))
+    rewards, ends = (np.stack(each) for each in zip(*done, strict=True))
+    returns, is_known = returns_of(rewards, ends, gamma)
+    lessons = (np.stack(seen), np.stack(told), returns.astype(np.float32))
+    return Lessons(*(torch.as_tensor(each[is_known]) for each in lessons))
+
+
+def returns_of(rewards: Floats, ends: Floats, gamma: float) -> tuple[Floats, Floats]:
+    """Return discounted returns (T, N) to the ends of episodes, and where there is an end."""
+    returns, is_known = np.zeros_like(rewards, np.float64), np.zeros_like(ends, np.bool_)
+    later, has_end = np.zeros(rewards.shape[1]), np.zeros(rewards.shape[1], np.bool_)
+    for t in reversed(range(len(rewards))):
+        later = rewards[t] + gamma * np.where(ends[t], 0.0, later)
+        has_end = has_end | ends[t]
+        returns[t], is_known[t] = later, has_end
+    return returns, is_known
+
+
+def learn(model: PPO, lessons: Lessons, imitation: Imitation, generator: torch.Generator) -> None:
+    """Fit actor and critic to the lessons, at a rate that falls to nil."""
+    policy = model.policy
+    batches = imitation.epochs * (len(lessons.returns) // imitation.batch_size)
+    optimizer = torch.optim.Adam(policy.parameters(), imitation.learning_rate)
+    falling = torch.optim.lr_scheduler.LinearLR(optimizer, 1.0, 0.0, total_iters=max(batches, 1))
+    for _ in range(imitation.epochs):
+        order = torch.randperm(len(lessons.returns), generator=generator)
+        for batch in order.split(imitation.batch_size)[: batches // imitation.epochs]:
+            observations, actions, returns = (each[batch] for each in lessons)
+            means = policy.get_distribution(observations).distribution.mean
+            values = policy.predict_values(observations).flatten()
+            loss = miss(means, actions) + torch.nn.functional.mse_loss(values, returns)
+            optimizer.zero_grad()
+            loss.backward()
+            optimizer.step()
+            falling.step()
+
+
+def miss(means: torch.Tensor, actions: torch.Tensor) -> torch.Tensor:
+    """Return the mean squared miss; what is clipped to the teacher's action does not miss it."""
+    is_beyond = (means * actions > 0.0) & (actions.abs() >= 1.0) & (means.abs() >= 1.0)
+    return torch.where(is_beyond, 0.0, (means - actions) ** 2).mean()
