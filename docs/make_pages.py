@@ -7,7 +7,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from hazbot_gym.study import bench_report, calibration_report, headroom_report, policies_report
+from hazbot_gym.study import (
+    bench_report,
+    calibration_report,
+    headroom_report,
+    policies_report,
+    training_report,
+)
 
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
@@ -32,6 +38,7 @@ PAGES = (
     Page("performance", bench_report.page, RECORDS / "bench.json"),
     Page("headroom", headroom_report.page, RECORDS / "headroom.json"),
     Page("people", calibration_report.page, RECORDS / "calibration.json"),
+    Page("training", training_report.page, RECORDS / "training.json"),
     Page("policies", policies_report.page, RECORDS / "policies.json"),
 )
 

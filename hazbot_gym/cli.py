@@ -273,15 +273,29 @@ def headroom(
 def bench(
     quick: Annotated[bool, typer.Option("--quick", help="A rough number in seconds.")] = False,
     json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,
+    training: Annotated[
+        list[Path] | None, typer.Option(help="Measure this training file instead. Repeatable.")
+    ] = None,
 ) -> None:
     """Measure steps per second, beside Gymnasium's CartPole-v1 in the same run."""
+    _check_parent(json_file)
+    if training:
+        _bench_training(training, json_file, seeds=1 if quick else None)
+        return
     from hazbot_gym.study import bench as benchmark
     from hazbot_gym.study import bench_report
 
-    _check_parent(json_file)
     result = benchmark.bench(benchmark.QUICK if quick else benchmark.FULL)
     _console().print(bench_report.table(result))
     _write_json(json_file, result)
+
+
+def _bench_training(paths: list[Path], json_file: Path | None, *, seeds: int | None) -> None:
+    from hazbot_gym.study import bench_training, training_report
+
+    record = bench_training.bench_training(paths, seeds=seeds or bench_training.SEEDS)
+    _console().print(training_report.table(record))
+    _write_json(json_file, record)
 
 
 def _check_parent(file: Path | None) -> None:

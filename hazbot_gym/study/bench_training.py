@@ -1,0 +1,149 @@
+"""How fast policies learn: decisions a second, and from nothing to the fuzzy expert.
+
+Every run is a process of its own, ``hazbot train`` as users start it: its seconds hold imports,
+loading of compiled code, validations and checkpoints. What it has learned is then compared with the
+fuzzy expert on paired episodes of its environments that no training or validation has seen.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.study import provenance, rollout
+from hazbot_gym.study.fronts import AXES, dominates
+from hazbot_gym.study.run_folder import POLICY, RESULT
+from hazbot_gym.study.summary import summarise_one
+from hazbot_gym.study.train_config import TrainConfig, load_training, shares
+
+EXPERT = "fuzzy_expert"
+EPISODES = 1000  # paired, shared out among a run's environments
+ROOT = 20261127  # of their seeds
+SEEDS = 5  # runs
+TURNS = 3  # of the two engines, one after the other
+UPDATES = 30  # of a turn on the batched engine
+REFERENCE = {"engine": "pymunk", "worlds": 8}
+KEPT = (*AXES, "return", "arrived", "contact_robot_caused")
+Record = dict[str, Any]
+
+
+def bench_training(paths: list[Path], *, seeds: int = SEEDS, episodes: int = EPISODES) -> Record:
+    """Measure the runs of some training files.
+
+    Raises:
+        InvalidInput: One of them is no training of PPO.
+    """
+    configs = {path: load_training(path) for path in paths}
+    for path, config in configs.items():
+        if config.algorithm != "ppo":
+            raise InvalidInput(
+                f"training: {path.name} is given with algorithm {config.algorithm!r}, "
+                "allowed is 'ppo'"
+            )
+    load = os.getloadavg()[0]
+    return {
+        "runs": {
+            path.name: _measure(path, config, seeds, episodes) for path, config in configs.items()
+        },
+        "episodes": episodes,
+        "seed": ROOT,
+        "load_before": load,
+        "machine": provenance.machine(),
+        "commit": provenance.commit(),
+    }
+
+
+def _measure(path: Path, config: TrainConfig, seeds: int, episodes: int) -> Record:
+    expert = judge(EXPERT, config, episodes)
+    runs = [learn(path, config, seed, expert, episodes) for seed in range(seeds)]
+    return {
+        "config": config.model_dump(mode="json"),
+        "expert": expert,
+        "runs": runs,
+        "seconds": statistics.median(run["seconds"] for run in runs),
+        "speed": speed(path, config),
+    }
+
+
+def learn(path: Path, config: TrainConfig, seed: int, expert: Record, episodes: int) -> Record:
+    """Train with one seed, and say how the policy stands beside the expert."""
+    with trained(path, seed=seed) as (folder, seconds, peak_bytes):
+        result = json.loads((folder / RESULT).read_text(encoding="utf-8"))
+        metrics = judge(f"learned:{folder / POLICY}", config, episodes)
+    return {
+        "seed": seed,
+        "seconds": seconds,
+        "peak_bytes": peak_bytes,
+        "steps": result["steps"],
+        "steps_per_s": result["steps_per_s"],
+        "metrics": metrics,
+        "is_dominated": dominates(expert, metrics),
+        "is_better_paid": metrics["return"]["mean"] > expert["return"]["mean"],
+    }
+
+
+def judge(policy: str, config: TrainConfig, episodes: int) -> Record:
+    """Return a policy's metrics, with intervals, over the environments of a run."""
+    rows = []
+    for env, count in zip(config.env, shares(episodes, len(config.env)), strict=True):
+        if count:
+            rows += rollout.evaluate(
+                policy, env, episodes=count, seed=ROOT, overrides=config.overrides
+            )
+    metrics = summarise_one(rows, seed=0)["metrics"]
+    return {name: metrics[name] for name in KEPT}
+
+
+def speed(path: Path, config: TrainConfig) -> Record:
+    """Return decisions a second of the same PPO on the batched engine and on eight pymunk worlds.
+
+    Both make updates of the same size; the reference does so from longer stretches of fewer worlds.
+    """
+    n_steps = int(config.options.get("n_steps", 2048))
+    update = n_steps * config.worlds
+    longer = {**config.options, "n_steps": update // REFERENCE["worlds"]}
+    bare = {"imitation": None, "validation": {"every_steps": 10**9, "episodes": 1}}
+    cases = {
+        "batched": {**bare, "steps": UPDATES * update},
+        "pymunk": {**bare, **REFERENCE, "options": longer, "steps": update},
+    }
+    rates: dict[str, list[float]] = {name: [] for name in cases}
+    for _ in range(TURNS):
+        for name, changes in cases.items():
+            with trained(path, **changes) as (folder, _, _):
+                result = json.loads((folder / RESULT).read_text(encoding="utf-8"))
+            rates[name].append(result["steps_per_s"])
+    ratios = (a / b for a, b in zip(rates["batched"], rates["pymunk"], strict=True))
+    medians = {name: statistics.median(each) for name, each in rates.items()}
+    return {**medians, "ratio": statistics.median(ratios), "turns": TURNS}
+
+
+@contextmanager
+def trained(path: Path, **changes: Any) -> Iterator[tuple[Path, float, int]]:
+    """Train in a process of its own; yield its folder, seconds and peak memory [bytes]."""
+    with tempfile.TemporaryDirectory() as folder:
+        file, out = Path(folder, "run.yaml"), Path(folder, "run")
+        run = load_training(path).model_dump(mode="json") | changes
+        file.write_text(json.dumps(run), encoding="utf-8")  # JSON is YAML
+        command = [sys.executable, "-m", "hazbot_gym", "train", "--config", str(file)]
+        start = time.perf_counter()
+        process = os.posix_spawn(
+            sys.executable,
+            [*command, "--out", str(out)],
+            os.environ,
+            file_actions=[(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)],
+        )
+        _, status, usage = os.wait4(process, 0)
+        seconds = time.perf_counter() - start
+        if status != 0:
+            raise RuntimeError(f"{' '.join(command)} ended with {status}")
+        yield out, seconds, usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)

@@ -1,0 +1,77 @@
+"""The benchmark of training: what it records of a tiny run, and what it refuses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rich.console import Console
+from typer.testing import CliRunner
+
+from hazbot_gym import cli
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.study import bench_training, training_report
+from hazbot_gym.study.bench_training import REFERENCE
+from hazbot_gym.study.train_config import load_training
+
+TINY = """
+algorithm: ppo
+worlds: 16
+steps: 128
+overrides: {max_episode_steps: 30}
+options: {n_steps: 8, batch_size: 64, n_epochs: 1}
+network: {net_arch: [4]}
+validation: {every_steps: 64, episodes: 2}
+"""
+
+
+@pytest.fixture(scope="module")
+def record(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    path = tmp_path_factory.mktemp("bench") / "tiny.yaml"
+    path.write_text(TINY, encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bench_training, "TURNS", 1)
+        patch.setattr(bench_training, "UPDATES", 2)
+        return bench_training.bench_training([path], seeds=1, episodes=8)
+
+
+def test_a_run_is_measured_whole_and_judged_beside_the_expert(record: dict[str, Any]) -> None:
+    found = record["runs"]["tiny.yaml"]
+    (run,) = found["runs"]
+    assert run["steps"] == 128
+    assert run["seconds"] > 1.0  # it has started Python and loaded torch
+    assert run["peak_bytes"] > 1e8
+    metrics, expert = run["metrics"], found["expert"]
+    assert metrics["return"]["mean"] != expert["return"]["mean"]
+    is_better = metrics["return"]["mean"] > expert["return"]["mean"]
+    assert run["is_better_paid"] == is_better
+    assert found["seconds"] == run["seconds"]
+    speed = found["speed"]
+    assert speed["ratio"] == pytest.approx(speed["batched"] / speed["pymunk"])
+
+
+def test_it_is_told_on_the_terminal_and_on_a_page(record: dict[str, Any]) -> None:
+    console = Console(record=True, width=160, file=open("/dev/null", "w"))  # noqa: SIM115
+    console.print(training_report.table(record))
+    assert "tiny.yaml" in console.export_text()
+    text = training_report.page("$record $goals $runs $episodes $processor", record, name="a.json")
+    assert text.startswith("a.json ")
+    assert f"{record['episodes']}" in text
+
+
+def test_the_reference_makes_updates_of_the_same_size() -> None:
+    config = load_training(Path(__file__).parents[2] / "configs" / "ppo.yaml")
+    update = config.options["n_steps"] * config.worlds
+    assert update % REFERENCE["worlds"] == 0
+
+
+def test_only_ppo_is_measured() -> None:
+    path = Path(__file__).parents[2] / "configs" / "sac.yaml"
+    with pytest.raises(InvalidInput, match=r"^training: sac.yaml is given with algorithm 'sac'"):
+        bench_training.bench_training([path])
+
+
+def test_the_command_says_which_file_it_cannot_read(tmp_path: Path) -> None:
+    done = CliRunner().invoke(cli.app, ["bench", "--training", str(tmp_path / "none.yaml")])
+    assert done.exit_code != 0
