@@ -1,4 +1,4 @@
-"""Keep what docs/policies.md needs: ``python docs/keep_policies.py TRACKS_STUDY SONAR_STUDY``."""
+"""Keep three studies for docs/policies.md: ``python docs/keep_policies.py TRACKS SONAR BEFORE``."""
 
 from __future__ import annotations
 
@@ -14,6 +14,6 @@ RECORD = Path(__file__).parents[1] / "benchmarks" / "policies.json"
 if __name__ == "__main__":
     summaries = {
         tier: json.loads((Path(folder) / "summary.json").read_text(encoding="utf-8"))
-        for tier, folder in zip(("tracks", "sonar"), sys.argv[1:], strict=True)
+        for tier, folder in zip(("tracks", "sonar", "before"), sys.argv[1:], strict=True)
     }
     write_json(RECORD, record_of(summaries))

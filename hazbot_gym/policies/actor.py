@@ -66,16 +66,23 @@ def _map_rows(rows: Floats32, weight: Floats32, bias: Floats32, out: Floats32) -
     """Write x W + b for every row.
 
     Not by numpy's matrix product: its sums depend, in the last digit, on how many rows there are,
-    and an episode would not be the same alone as among others.
+    and an episode would not be the same alone as among others. Four inputs at a time, so that a sum
+    is loaded and stored once for four products; inner loops compile to vector instructions.
     """
+    fours = rows.shape[1] // 4 * 4
     for i in range(rows.shape[0]):
-        y = out[i]
-        for k in range(bias.shape[0]):
+        x, y = rows[i], out[i]
+        for k in range(y.shape[0]):
             y[k] = bias[k]
-        for j in range(rows.shape[1]):
-            x, w = rows[i, j], weight[j]
-            for k in range(bias.shape[0]):  # compiles to vector instructions
-                y[k] += x * w[k]
+        for j in range(0, fours, 4):
+            a, b, c, d = x[j], x[j + 1], x[j + 2], x[j + 3]
+            wa, wb, wc, wd = weight[j], weight[j + 1], weight[j + 2], weight[j + 3]
+            for k in range(y.shape[0]):
+                y[k] = y[k] + a * wa[k] + b * wb[k] + c * wc[k] + d * wd[k]
+        for j in range(fours, rows.shape[1]):
+            a, wa = x[j], weight[j]
+            for k in range(y.shape[0]):
+                y[k] += a * wa[k]
 
 
 class Normalisation(NamedTuple):

@@ -16,10 +16,12 @@ from hazbot_gym.study.bench_cases import (
     CARTPOLE,
     CORRIDOR,
     ONE_THREAD,
+    SHIPPED,
     WITH,
     WITHOUT_PEOPLE,
     WITHOUT_WHEELS,
     Case,
+    asking,
     batched,
     make_cases,
 )
@@ -132,6 +134,7 @@ def goals(rates: dict[str, list[float]], measured: Record) -> Record:
             1.0,
             ratio(rates, batched(8192, 4), many),
         ),
+        f"{asking(SHIPPED)}, to {many}": ("at least", 1.0, ratio(rates, asking(SHIPPED), many)),
         "memory, kB a world": ("at most", 16.0, measured["memory"]["bytes_a_world"] / 1000.0),
         "first episodes, cached, s": ("at most", 2.0, measured["compile"]["batched"]["cached_s"]),
     }

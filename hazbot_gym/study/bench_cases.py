@@ -17,12 +17,18 @@ CARTPOLE, CORRIDOR = "CartPole-v1", "hazbot_gym/Corridor-v0"
 CARTPOLES = f"{CARTPOLE}, 1024 worlds"
 WORLDS, PEOPLE = (1, 64, 1024, 8192), (0, 4, 10)
 WITH = "social-force people, ultrasonic ranges, people tracker, fuzzy-PID wheel loops at 100 Hz"
+SHIPPED = "ppo"  # the trained policy that comes with the library
 DRAWN = 64  # actions are drawn in advance, and used again and again
 
 
 def batched(worlds: int, people: int) -> str:
     """Return the name of a case of the batched engine."""
     return f"batched, {worlds} worlds, {people} people"
+
+
+def asking(policy: str) -> str:
+    """Return the name of the case that asks a policy about a batch."""
+    return f"policy {policy}, 1024 observations"
 
 
 def with_people(count: int) -> dict[str, Any]:
@@ -156,7 +162,7 @@ def make_cases(spread: int) -> tuple[dict[str, Case], list[str]]:
 def _policies(worlds: CorridorStepper) -> Iterator[tuple[str, Case]]:
     """Yield the cases of the policies, which look at what the worlds hold."""
     observations = worlds.envs.step(worlds.actions[0])[0]
-    for name in ("fuzzy_expert", "constant"):
+    for name in ("fuzzy_expert", SHIPPED, "constant"):
         policy = make_policy(name)
         yield f"policy {name}, 1 observation", Asker(policy, observations[0])
-        yield f"policy {name}, 1024 observations", Asker(policy, observations)
+        yield asking(name), Asker(policy, observations)

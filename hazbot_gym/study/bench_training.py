@@ -65,13 +65,35 @@ def bench_training(paths: list[Path], *, seeds: int = SEEDS, episodes: int = EPI
 def _measure(path: Path, config: TrainConfig, seeds: int, episodes: int) -> Record:
     expert = judge(EXPERT, config, episodes)
     runs = [learn(path, config, seed, expert, episodes) for seed in range(seeds)]
+    measured = {"runs": runs, "speed": speed(path, config)}
     return {
         "config": config.model_dump(mode="json"),
         "expert": expert,
-        "runs": runs,
-        "seconds": statistics.median(run["seconds"] for run in runs),
-        "speed": speed(path, config),
+        **measured,
+        "goals": goals(**measured),
     }
+
+
+def goals(runs: list[Record], speed: Record) -> Record:
+    """Return what was to be reached, with its limit and what was measured."""
+    count, steps = len(runs), runs[0]["steps"]
+    seconds = statistics.median(run["seconds"] for run in runs)
+    undominated = sum(not run["is_dominated"] for run in runs)
+    better_paid = sum(run["is_better_paid"] for run in runs)
+    peak_gb = max(run["peak_bytes"] for run in runs) / 1e9
+    found = {
+        "decisions a second": ("at least", 50_000.0, float(speed["batched"])),
+        "times the same PPO on 8 pymunk environments": ("at least", 8, speed["ratio"]),
+        f"seconds of the whole command, {steps} decisions, median": ("at most", 60, seconds),
+        f"of {count} seeds, not dominated by the fuzzy expert": (
+            "at least",
+            count // 2 + 1,
+            undominated,
+        ),
+        f"of {count} seeds, return above the fuzzy expert's": ("at least", 0, better_paid),
+        "peak memory, GB": ("at most", 1.5, peak_gb),
+    }
+    return {name: {side: limit, "measured": value} for name, (side, limit, value) in found.items()}
 
 
 def learn(path: Path, config: TrainConfig, seed: int, expert: Record, episodes: int) -> Record:
@@ -100,7 +122,8 @@ def judge(policy: str, config: TrainConfig, episodes: int) -> Record:
                 policy, env, episodes=count, seed=ROOT, overrides=config.overrides
             )
     metrics = summarise_one(rows, seed=0)["metrics"]
-    return {name: metrics[name] for name in KEPT}
+    arrived = {name: 100.0 * value for name, value in metrics["arrived"].items()}
+    return {**{name: metrics[name] for name in KEPT}, "arrived_percent": arrived}
 
 
 def speed(path: Path, config: TrainConfig) -> Record:

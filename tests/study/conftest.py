@@ -16,9 +16,11 @@ from hazbot_gym.study.bench_cases import (
     CORRIDOR,
     ONE_THREAD,
     PEOPLE,
+    SHIPPED,
     WITHOUT_PEOPLE,
     WITHOUT_WHEELS,
     WORLDS,
+    asking,
     batched,
 )
 from hazbot_gym.study.comparison import run_study
@@ -59,7 +61,7 @@ def timed(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Timed]:
 def record(monkeypatch: pytest.MonkeyPatch, timed: Callable[..., Timed]) -> dict[str, Any]:
     sizes = {CARTPOLE: 1, CARTPOLES: 1024, CORRIDOR: 1}
     sizes |= {batched(worlds, people): worlds for worlds in WORLDS for people in PEOPLE}
-    sizes |= {ONE_THREAD: 100, WITHOUT_PEOPLE: 200, WITHOUT_WHEELS: 500}
+    sizes |= {asking(SHIPPED): 2048, ONE_THREAD: 100, WITHOUT_PEOPLE: 200, WITHOUT_WHEELS: 500}
     cases = {name: timed(size) for name, size in sizes.items()}
     monkeypatch.setattr(bench, "make_cases", lambda spread: (cases, ["SB3 adapter left out"]))
     monkeypatch.setattr(bench_once, "_first_episode_s", lambda engine, environment: 1.25)

@@ -29,6 +29,10 @@ def test_goals_stand_beside_what_was_measured(record: dict[str, Any]) -> None:
     assert goals[f"{batched(1024, 4)}, to {CORRIDOR}"]["at least"] == 60.0
     assert goals["first episodes, cached, s"] == {"at most": 2.0, "measured": 1.25}
     assert goals["first episodes, compiling, s"] == {"at most": 40.0, "measured": 1.25}
+    assert goals["policy ppo, 1024 observations, to batched, 1024 worlds, 4 people"] == {
+        "at least": 1.0,
+        "measured": pytest.approx(2.0),
+    }
     # Every call takes as long, so that eight times the worlds are eight times the steps.
     assert goals["batched, 4 people, 8192 worlds to 1024"]["measured"] == pytest.approx(8)
 
