@@ -46,7 +46,11 @@ def summary(*, ppo_ratio: float, ppo_intrusion: float) -> dict[str, Any]:
 )
 def test_the_page_says_who_is_dominated(ratio: float, intrusion: float, said: str) -> None:
     found = summary(ppo_ratio=ratio, ppo_intrusion=intrusion)
-    text = page(TEMPLATE, record_of({"tracks": found, "sonar": found}), name="a/record.json")
+    text = page(
+        TEMPLATE,
+        record_of(dict.fromkeys(("tracks", "sonar", "before"), found)),
+        name="a/record.json",
+    )
     assert text.count(said) == 2
     assert "a/record.json" in text
     assert "40 paired episodes" in text
@@ -54,5 +58,5 @@ def test_the_page_says_who_is_dominated(ratio: float, intrusion: float, said: st
 
 def test_differences_are_those_to_the_expert() -> None:
     found = summary(ppo_ratio=1.3, ppo_intrusion=0.1)
-    text = page(TEMPLATE, record_of({"tracks": found, "sonar": found}), name="r")
+    text = page(TEMPLATE, record_of(dict.fromkeys(("tracks", "sonar", "before"), found)), name="r")
     assert "| time_ratio | -0.2 | -0.2 to -0.2 |" in text
