@@ -277,7 +277,7 @@ def bench(
         list[Path] | None, typer.Option(help="Measure this training file instead. Repeatable.")
     ] = None,
 ) -> None:
-    """Measure steps per second, beside Gymnasium's CartPole-v1 in the same run."""
+    """Measure steps per second, beside Gymnasium's CartPole-v1 in the same run; or training."""
     _check_parent(json_file)
     if training:
         _bench_training(training, json_file, seeds=1 if quick else None)

@@ -14,7 +14,9 @@ import torch
 from stable_baselines3 import PPO
 
 from hazbot_gym.core.state import Floats
+from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies import make
+from hazbot_gym.policies.base import Policy
 from hazbot_gym.study import rollout
 from hazbot_gym.study.train_config import Imitation, TrainConfig
 from hazbot_gym.study.training_envs import TrainingEnvs
@@ -28,21 +30,36 @@ class Lessons(NamedTuple):
     returns: torch.Tensor  # (M,) discounted rewards from there to the end
 
 
-def imitate(model: PPO, envs: TrainingEnvs, config: TrainConfig) -> None:
+def teacher_of(imitation: Imitation, envs: TrainingEnvs) -> Policy:
+    """Return the teacher of a run.
+
+    Raises:
+        InvalidInput: There is no such policy, or actions are levels, which nobody shows.
+    """
+    if hasattr(envs.action_space, "n"):
+        raise InvalidInput("imitation: given action_type 'discrete', allowed is 'continuous'")
+    return make(imitation.teacher)
+
+
+def imitate(model: PPO, envs: TrainingEnvs, teacher: Policy, config: TrainConfig) -> None:
     """Let a new model learn from the teacher of its run; the same seed teaches it the same."""
     assert config.imitation is not None
     seed = rollout.episode_seed(config.seed, "imitation", 0)
     envs.seed(seed)
-    lessons = watch(envs, config.imitation, float(model.gamma), np.random.default_rng(seed))
+    rng = np.random.default_rng(seed)
+    lessons = watch(envs, teacher, config.imitation, float(model.gamma), rng)
     learn(model, lessons, config.imitation, torch.Generator().manual_seed(seed))
 
 
 def watch(
-    envs: TrainingEnvs, imitation: Imitation, gamma: float, rng: np.random.Generator
+    envs: TrainingEnvs,
+    teacher: Policy,
+    imitation: Imitation,
+    gamma: float,
+    rng: np.random.Generator,
 ) -> Lessons:
     """Let the teacher drive in all worlds side by side."""
-    teacher, state = make(imitation.teacher), None
-    observation, starts = envs.reset(), np.ones(envs.num_envs, np.bool_)
+    observation, state, starts = envs.reset(), None, np.ones(envs.num_envs, np.bool_)
     seen, done, told = [], [], []
     for _ in range(-(-imitation.decisions // envs.num_envs)):
         shown = observation[:, :-1] if envs.is_timed else observation

@@ -35,6 +35,11 @@ class FreeDrive:
         self._arrival = np.repeat([config.reward.arrival for config in configs], sizes)
         self._allowed = np.repeat([config.max_episode_steps for config in configs], sizes)
 
+    def time_left(self, steps: Floats) -> Floats:
+        """Return the share of the decisions allowed that is left after some (N,)."""
+        share: Floats = 1.0 - steps / self._allowed
+        return share
+
     def potential(self, path: Floats, advance: Floats, steps: Floats) -> Floats:
         """Return Phi (N,).
 
@@ -44,4 +49,4 @@ class FreeDrive:
             steps: (N,) decisions taken so far.
         """
         left = np.maximum(path - advance, 0.0)
-        return self._progress * left + self._arrival * (1.0 - (steps + left) / self._allowed)
+        return self._progress * left + self._arrival * self.time_left(steps + left)

@@ -43,7 +43,7 @@ except ImportError as error:
 from hazbot_gym.study import checkpoints, provenance, rollout
 from hazbot_gym.study.export import export_model
 from hazbot_gym.study.files import write_atomically, write_json
-from hazbot_gym.study.imitation import imitate
+from hazbot_gym.study.imitation import imitate, teacher_of
 from hazbot_gym.study.run_folder import CHECKPOINTS, MANIFEST, POLICY, RESULT, TENSORBOARD, claim
 from hazbot_gym.study.timed_critic import TimedCriticPolicy
 from hazbot_gym.study.train_config import TrainConfig
@@ -94,13 +94,14 @@ def train(
     claim(out, config.identity(), resume=resume)
     envs = make_envs(config)
     model = make_model(config, envs)
+    teacher = teacher_of(config.imitation, envs) if config.imitation else None
     if not (out / MANIFEST).exists():
         write_json(out / MANIFEST, manifest(config))
     stretches = Stretches(config, out, console)
     if resume:
         stretches.resume(model)
-    if config.imitation and model.num_timesteps == 0:
-        imitate(model, envs, config)
+    if teacher and model.num_timesteps == 0:
+        imitate(model, envs, teacher, config)
     model.set_logger(configure(str(out / TENSORBOARD), ["tensorboard"]))
     left = config.steps - model.num_timesteps
     bar = ProgressBar(console, config.steps)

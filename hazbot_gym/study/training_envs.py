@@ -52,9 +52,8 @@ class TrainingEnvs(VecEnv):
         self._free_s = np.zeros(sum(sizes))
         self._decision_s = np.repeat([config.clock.decision_s for config in configs], sizes)
         self._nominal_mps = np.repeat([config.drive.nominal_speed_mps for config in configs], sizes)
-        self._allowed = np.repeat([config.max_episode_steps for config in configs], sizes)
-        is_shaped = training.shaping == "free_drive"
-        self._free_drive = FreeDrive(configs, sizes) if is_shaped else None
+        self._free_drive = FreeDrive(configs, sizes)
+        self._is_shaped = training.shaping == "free_drive"
         space = parts[0].observation_space
         super().__init__(
             sum(sizes), _with_time(space) if self.is_timed else space, parts[0].action_space
@@ -91,7 +90,7 @@ class TrainingEnvs(VecEnv):
                 self.reset_infos[own.start + i] = part.reset_infos[i]
         for i in np.flatnonzero(dones):
             infos[i]["episode"] = self._close(i)
-            if self._free_drive:
+            if self._is_shaped:
                 infos[i]["TimeLimit.truncated"] = False  # the potential has charged it
             if self.is_timed:
                 last = infos[i]["terminal_observation"]
@@ -102,19 +101,16 @@ class TrainingEnvs(VecEnv):
 
     def _observed(self, parts: list[npt.NDArray[np.float32]]) -> npt.NDArray[np.float32]:
         """Return the observations of all worlds, with the time left if that is wanted."""
-        if not self.is_timed:
-            return _aligned(parts)
-        time_left = np.asarray(1.0 - self._sums[:, -1] / self._allowed, np.float32)
-        return _aligned(
-            [
-                np.column_stack((part, time_left[own]))
-                for part, own in zip(parts, self.slices, strict=True)
-            ]
-        )
+        width = parts[0].shape[1]
+        observed = _aligned(self.num_envs, width + self.is_timed)
+        np.concatenate(parts, out=observed[:, :width])
+        if self.is_timed:
+            observed[:, width] = self._free_drive.time_left(self._sums[:, -1])
+        return observed
 
     def _potential(self) -> Floats:
         """Return the potential of all worlds (N,), 0 without shaping."""
-        if self._free_drive is None:
+        if not self._is_shaped:
             return np.zeros(self.num_envs)
         path = self._free_s / self._decision_s
         return self._free_drive.potential(path, self._sums[:, PROGRESS], self._sums[:, -1])
@@ -199,12 +195,10 @@ def _decision_of(part: VecEnv, infos: list[dict[str, Any]]) -> tuple[Floats, Flo
     return terms, np.array([info["cost"] for info in infos], float)
 
 
-def _aligned(parts: list[npt.NDArray[np.float32]]) -> npt.NDArray[np.float32]:
-    """Return observations side by side, where torch reads them best.
+def _aligned(rows: int, columns: int) -> npt.NDArray[np.float32]:
+    """Return an array for observations that begins where torch reads it best.
 
     Its matrix products depend in the last bit on where an array begins; numpy's begin anywhere,
     and then equal seeds would not give equal weights.
     """
-    joined = torch.empty(sum(map(len, parts)), parts[0].shape[1]).numpy()
-    np.concatenate(parts, out=joined)
-    return joined
+    return torch.empty(rows, columns).numpy()

@@ -10,6 +10,7 @@ import pytest
 import torch
 
 from hazbot_gym import policies
+from hazbot_gym.envs.vector import CorridorVectorEnv
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study.imitation import miss, returns_of
 from hazbot_gym.study.train_config import TrainConfig, load_training
@@ -51,8 +52,6 @@ def test_the_pupil_does_what_the_teacher_does(tmp_path: Path, *, is_timed: bool)
     config = quick(timed_critic=is_timed, shaping=shaping)
     result = train(config, tmp_path / "run")
     pupil, teacher = policies.make(f"learned:{result.policy}"), policies.make("fuzzy_expert")
-    from hazbot_gym.envs.vector import CorridorVectorEnv
-
     envs = CorridorVectorEnv(64, config.environments()[0])
     observations, _ = envs.reset(seed=5)
     misses, scale = [], []
@@ -78,3 +77,18 @@ def test_equal_seeds_learn_equally(tmp_path: Path) -> None:
 def test_other_algorithms_refuse_it(change: dict[str, Any]) -> None:
     with pytest.raises(InvalidInput, match=r"given with algorithm 'sac', allowed is 'ppo'"):
         load_training(None, algorithm="sac", **change)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"imitation": {"teacher": "nobody"}}, "policy: "),
+        ({"overrides": {"action_type": "discrete"}}, "imitation: given action_type 'discrete'"),
+    ],
+)
+def test_a_teacher_that_cannot_teach_is_refused_before_anything_is_written(
+    tmp_path: Path, change: dict[str, Any], said: str
+) -> None:
+    with pytest.raises(InvalidInput, match=said):
+        train(quick(**change), tmp_path / "run")
+    assert not (tmp_path / "run").exists() or not any((tmp_path / "run").iterdir())

@@ -43,6 +43,9 @@ def tiny(name: str = "ppo", **changes: Any) -> TrainConfig:
         "options": {**config.options, **small},
         "network": {**config.network, "net_arch": [4]},
     }
+    if config.imitation:
+        values["imitation"] = {"decisions": 200, "epochs": 1, "batch_size": 32}
+        values["env"] = "hazbot_gym/Corridor-v0"
     return load_training(CONFIGS / f"{name}.yaml", **{**values, **changes})
 
 
@@ -55,15 +58,16 @@ def are_equal(one: Result, other: Result) -> bool:
     return all(np.array_equal(mine, others) for mine, others in pairs)
 
 
-ALL = ["ppo", "ppo_sonar", "sac", "td3", "dqn", "recurrent_ppo"]
+ALL = ["ppo", "ppo_shipped_tracks", "ppo_sonar", "sac", "td3", "dqn", "recurrent_ppo"]
 
 
 @pytest.mark.parametrize("name", ALL)
 def test_every_config_trains_and_leaves_a_policy_that_drives(name: str, tmp_path: Path) -> None:
-    result = train(tiny(name), tmp_path / "run")
+    config = tiny(name)
+    result = train(config, tmp_path / "run")
     spec = f"learned:{result.policy}"
     policy = policies.make(spec + ",allow_pickle=true" if name == "recurrent_ppo" else spec)
-    width = result.model.observation_space.shape[0]
+    width = result.model.observation_space.shape[0] - config.timed_critic
     actions, _ = policy.predict(np.zeros((3, width), np.float32))
     assert actions.shape == (3, 1)
     assert {path.name for path in (tmp_path / "run").iterdir()} >= {
