@@ -30,8 +30,10 @@ def walk_unattended(
     robot["x"] = FAR_AWAY_M
     seen = np.zeros((steps, len(people)), PERSON)
     nobody_is_replayed = np.zeros((0, 0, 2))
+    # One for every reaction that a person may carry; compiled code does not check an index.
+    reactions = np.repeat(as_record(ATTENTIVE), 1 + people["reaction"].max(initial=0))
     _walk(
-        people, place, robot, as_record(force), as_record(ATTENTIVE), nobody_is_replayed,
+        people, place, robot, as_record(force), reactions, nobody_is_replayed,
         np.uint64(key), dt_s, make_bench(len(people)), seen,
     )  # fmt: skip
     return seen

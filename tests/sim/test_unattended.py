@@ -1,5 +1,10 @@
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 
 from hazbot_gym.config import make_config
@@ -9,6 +14,16 @@ from hazbot_gym.sim.unattended import walk_unattended
 from hazbot_gym.task.scenario import Source
 
 DT_S = 0.05
+CHECKED = """
+from hazbot_gym.config import make_config
+from hazbot_gym.core.social_force import SocialForce
+from hazbot_gym.sim.unattended import walk_unattended
+from hazbot_gym.task.scenario import Source
+source = Source(make_config(people={"model": "social_force", "count": [4, 4]}))
+scenario = source.draw(7)
+scenario.people["reaction"] = [0, 1, 2, 3]
+walk_unattended(scenario.people, scenario.place, SocialForce(), key=1, steps=40, dt_s=0.05)
+"""
 
 
 def walk(model: str, *, key: int = 3, steps: int = 400) -> Records:
@@ -35,3 +50,11 @@ def test_scripted_people_leave_at_the_end_of_their_route() -> None:
 def test_the_fluctuations_are_those_of_the_key() -> None:
     assert np.array_equal(walk("social_force", key=1), walk("social_force", key=1))
     assert not np.array_equal(walk("social_force", key=1), walk("social_force", key=2))
+
+
+def test_nothing_is_read_beyond_an_array_whatever_reactions_people_have(tmp_path: Path) -> None:
+    checked = {**os.environ, "NUMBA_BOUNDSCHECK": "1", "NUMBA_CACHE_DIR": str(tmp_path)}
+    done = subprocess.run(
+        [sys.executable, "-c", CHECKED], env=checked, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
