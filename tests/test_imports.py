@@ -17,7 +17,8 @@ PACKAGE = Path(hazbot_gym.__file__).parent
 BELOW = {
     "__init__": ("envs.registration",),
     "__main__": ("cli",),
-    "cli": ("study", "policies", "envs", "sim", "task", "config", "core"),
+    "cli": ("paper", "study", "policies", "envs", "sim", "task", "config", "core"),
+    "paper": ("study", "policies", "envs", "sim", "task", "config", "core"),
     "study": ("policies", "envs", "sim", "task", "config", "core"),
     "envs": ("sim", "task", "config", "core"),
     "policies": ("task.observation", "core"),
@@ -49,9 +50,9 @@ HOMES = {
     "sb3_contrib": ("study.training", "policies.from_sb3"),
     "pandas": ("study",),
     "pyarrow": ("study",),
-    "matplotlib": ("study.report_figures",),
+    "matplotlib": ("paper.figures",),
     "plotly": ("study.report_figures",),
-    "jinja2": ("study.report",),
+    "jinja2": ("study.report", "paper.page"),
     "numba": ("core",),
     "typer": ("cli",),
 }

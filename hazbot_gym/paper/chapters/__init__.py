@@ -1,0 +1,1 @@
+"""One module a section of the paper; each has ``chapter(quick) -> Chapter``."""

@@ -1,0 +1,73 @@
+"""How all pictures look: made without a display, as SVG that is the same for the same numbers."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import numpy as np
+
+from hazbot_gym.errors import MissingExtra
+
+try:
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+except ImportError as error:
+    raise MissingExtra(error.name or "matplotlib", "study") from error
+
+INK, SOFT, GRID = "#1c2127", "#5c6670", "#e4e7ea"
+BLUE, RED, GREEN, PURPLE, OCHRE = "#0067a5", "#b83a00", "#00785a", "#8a3c8f", "#856200"
+HUES = (BLUE, RED, GREEN, PURPLE, OCHRE)
+WIDTH_IN = 7.2  # of a figure across the page
+SETTINGS = {
+    "svg.fonttype": "none",  # text stays text
+    "svg.hashsalt": "hazbot_gym",  # ids that do not change from run to run
+    "font.family": "sans-serif",
+    "font.size": 9.0,
+    "axes.edgecolor": SOFT,
+    "axes.labelcolor": INK,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "grid.color": GRID,
+    "xtick.color": SOFT,
+    "ytick.color": SOFT,
+    "legend.frameon": False,
+    "lines.linewidth": 1.6,
+}
+
+
+def new(height_in: float = 3.0, rows: int = 1, columns: int = 1, **options: Any) -> tuple[Any, Any]:
+    """Return a figure and its axes, as ``Figure.subplots`` returns them."""
+    with mpl.rc_context(SETTINGS):
+        figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
+        return figure, figure.subplots(rows, columns, **options)
+
+
+def mark_event(axes: Any, time_s: float, text: str, *, height: float = 1.0) -> None:
+    """Mark an event that the paper reports: a dashed line over the whole height, and its name.
+
+    Args:
+        axes: Where, with time on the x axis.
+        time_s: When.
+        text: What happens, such as ``paper: stops, 3.4 s``.
+        height: Of the text, as a share of the axes' height.
+    """
+    axes.axvline(time_s, color=INK, linewidth=0.9, linestyle=(0, (4, 3)))
+    place = axes.get_xaxis_transform()
+    axes.text(time_s, height, f" {text}", transform=place, va="top", fontsize=8, color=INK)
+
+
+def svg(figure: Any) -> str:
+    """Return a figure as the text of an ``<svg>`` element."""
+    buffer = io.StringIO()
+    with mpl.rc_context(SETTINGS):
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    text = buffer.getvalue()
+    return text[text.index("<svg") :]
+
+
+def rounded(values: Any, digits: int = 4) -> Any:
+    """Return values with digits that can be seen, so that pictures stay small."""
+    return np.round(np.asarray(values, dtype=np.float64), digits)
