@@ -270,6 +270,35 @@ def headroom(
 
 
 @app.command()
+def paper(
+    out: Annotated[Path | None, typer.Option(help="Folder of the results. [results/paper]")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer seeds, smaller sweeps.")] = False,
+    workers: Annotated[
+        int | None, typer.Option(help="Cores to use; all if not given.", min=1)
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace older results.")] = False,
+) -> None:
+    """Run every experiment of the published paper again, and say what is reproduced."""
+    from hazbot_gym.paper import run, tables
+    from hazbot_gym.study.comparison import progress_bar
+
+    folder = out or Path("results", "paper")
+    with progress_bar(Console(stderr=True)) as progress:
+        task = progress.add_task("sections", total=len(run.CHAPTERS))
+        record = run.reproduce(
+            folder,
+            quick=quick,
+            workers=workers,
+            is_replacing=force,
+            on_progress=lambda: progress.advance(task),
+        )
+    console = _console()
+    console.print(tables.verdict_table(record))
+    console.print(tables.summary_line(record))
+    console.print(f"Page: {folder / run.PAGE}", soft_wrap=True)
+
+
+@app.command()
 def bench(
     quick: Annotated[bool, typer.Option("--quick", help="A rough number in seconds.")] = False,
     json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from hazbot_gym.paper.tables import shown as as_printed
 from hazbot_gym.study.headroom_report import percent
 from hazbot_gym.study.plain_tables import shown
 
@@ -54,6 +55,8 @@ def numbers_of(record: dict[str, Any], *, in_percent: bool = False) -> set[str]:
     found: set[str] = set()
     for leaf in leaves(record):
         found |= numbers(str(leaf) if isinstance(leaf, str | int) else shown(leaf))
+        if isinstance(leaf, int | float):
+            found |= numbers(as_printed(leaf))
         if in_percent and isinstance(leaf, float):
             found |= numbers(percent(leaf))
     return found
