@@ -77,6 +77,8 @@ def hazbot(*arguments: str) -> Result:
         ("watch --policy constant --save film.avi", ".mp4, .gif, .png"),
         ("watch --policy constant --save film.mp4 --at 3", "at"),
         ("watch --policy constant --save film.gif --scenario E9", "E9"),
+        ("paper --workers 0", "workers"),
+        ("paper --out /dev/null", "/dev/null"),
         ("tracks /no/such/folder", "/no/such/folder"),
         ("report /no/such/folder", "/no/such/folder"),
         ("bench --json no/such/folder/bench.json", "bench.json"),
