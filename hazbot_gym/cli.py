@@ -299,6 +299,36 @@ def paper(
 
 
 @app.command()
+def tune(
+    policy: Annotated[str, typer.Option(help="A family of rules, e.g. ttc.")],
+    trials: Annotated[int, typer.Option(help="Of the search.", min=1)] = 50,
+    seed: Annotated[int, typer.Option(help="Of the search.", min=0)] = 0,
+    out: Annotated[
+        Path | None, typer.Option(help="File of the record. [results/tune/POLICY.json]")
+    ] = None,
+) -> None:
+    """Tune a family of rules on validation scenarios. Resumable."""
+    import os
+
+    from hazbot_gym.study import tuning
+    from hazbot_gym.study.comparison import progress_bar
+
+    path = out or Path("results", "tune", f"{policy}.json")
+    with progress_bar(Console(stderr=True)) as progress:
+        task = progress.add_task("trials", total=trials)
+        record = tuning.tune(
+            tuning.Search(policy, trials, seed),
+            path,
+            threads=os.cpu_count() or 1,
+            on_progress=lambda: progress.advance(task),
+        )
+    best = record["best"]
+    _console().print(f"{best['policy']}: validation return {best['return']:.2f}", soft_wrap=True)
+    for name in record["at_a_bound"]:
+        _console().print(f"{name} is at an end of what may be tuned", soft_wrap=True)
+
+
+@app.command()
 def bench(
     quick: Annotated[bool, typer.Option("--quick", help="A rough number in seconds.")] = False,
     json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,

@@ -54,6 +54,7 @@ HOMES = {
     "plotly": ("study.report_figures",),
     "jinja2": ("study.report", "paper.page"),
     "numba": ("core",),
+    "optuna": ("study.tuning",),
     "typer": ("cli",),
 }
 

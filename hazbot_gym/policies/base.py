@@ -130,7 +130,7 @@ def make(spec: str) -> Policy:
     """
     name, _, rest = spec.partition(":")
     if name in REGISTER:
-        return _from_register(spec, REGISTER[name].factory, rest)
+        return _from_register(spec, name, rest)
     if not rest:
         raise InvalidInput(
             f"policy: {spec!r} is not known; allowed are {', '.join(REGISTER)} or module:attribute"
@@ -162,8 +162,13 @@ def _load(spec: str) -> Any:
     return getattr(module, attribute)
 
 
-def _from_register(spec: str, factory_name: str, options: str) -> Policy:
-    factory = _load(factory_name)
+def factory_of(name: str) -> Any:
+    """Return the dataclass behind a name of the register."""
+    return _load(REGISTER[name].factory)
+
+
+def _from_register(spec: str, name: str, options: str) -> Policy:
+    factory = factory_of(name)
     allowed = [field.name for field in dataclasses.fields(factory)]
     try:
         policy: Policy = factory(**_parse_options(spec, options, allowed))
