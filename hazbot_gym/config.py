@@ -203,12 +203,27 @@ def _paper_scenario(x_m: float, y_m: float, vx_mps: float, vy_mps: float) -> dic
     }
 
 
+# The paper's circle (Table 3): at rest at its lowest point, the reference at full speed at once
+# (SPEC section 5). Plant B is the one that gives the fuzzy-PID's published figures.
+_CIRCLE = {
+    "place": "circle",
+    "people": {"count": [0, 0]},
+    "drive": {
+        "plant": "B",
+        "acceleration_mps2": 1e9,
+        "deceleration_mps2": 1e9,
+        "wheel_noise_radps": 0.0,
+        "heading_noise_rad": 0.0,
+    },
+}
+
 _C_STAR_RAD = math.radians(-66.9)
 SCENARIOS: dict[str, dict[str, Any]] = {
     "E*": _paper_scenario(4.479, 0.800, -0.5, 0.0),  # encountering, the simulation
     "E5.5": _paper_scenario(5.442, 0.800, -0.5, 0.0),  # encountering, the experiment's distance
     "C*": _paper_scenario(2.750, 4.763, 0.5 * math.cos(_C_STAR_RAD), 0.5 * math.sin(_C_STAR_RAD)),
     "C90": _paper_scenario(3.889, 3.889, 0.0, -0.5),  # crossing at a right angle
+    "circle": _CIRCLE,  # nobody there
 }
 
 
