@@ -162,7 +162,8 @@ def _text(
         f"{fixed.position_converged_s:.2f} s and {fixed.angle_converged_s:.2f} s. The ratios of "
         "fuzzy-PID to PID are "
         f"{', '.join(f'{ratio:.2f}' for ratio in ours)} here and "
-        f"{', '.join(f'{ratio:.2f}' for ratio in theirs)} in the paper. No plant was found that gives all eight.",
+        f"{', '.join(f'{ratio:.2f}' for ratio in theirs)} in the paper. No plant "
+        "was found that gives all eight.",
         "With the sensor noise of Table 2 the position error last exceeds 0.001 m at "
         f"{never['mean']:.1f} ± {never['sd']:.1f} s (mean and deviation over "
         f"{noisy['fuzzy-PID']['seeds']['mean']:.0f} seeds) and {NOISY_BANDS[2]:g} m at "

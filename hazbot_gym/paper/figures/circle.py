@@ -20,6 +20,7 @@ from hazbot_gym.paper.figures.style import (
 )
 
 ENLARGED = 10.0
+SHOWN_S = 34.0  # of the lap in Figure 20
 EVERY = 20  # samples between two points of a curve
 COLORS = {"fuzzy-PID": BLUE, "PID": RED}
 
@@ -64,19 +65,33 @@ def errors(laps: Mapping[str, Lap], paper: Mapping[str, tuple[float, float, floa
             color, most, when = COLORS[name], paper[name][k], paper[name][2 + k]
             _curve(axis, lap.time_s, error, color, name)
             axis.axhline(most, color=color, linewidth=0.9, linestyle=(0, (4, 3)))
-            axis.text(30.0, most, f"paper: {name} at most {most:g}", color=color, fontsize=8,
-                      va="bottom", ha="right")  # fmt: skip
+            side = "top" if name == "fuzzy-PID" else "bottom"
+            axis.text(
+                17.8,
+                most,
+                f"paper: {name} at most {most:g}",
+                color=color,
+                fontsize=8,
+                va=side,
+                ha="right",
+            )
             axis.axvline(when, color=color, linewidth=0.9, linestyle=":")
-            axis.text(when, 0.45 - 0.12 * i, f" paper: {name}\n converged {when:g} s", color=color,
-                      fontsize=8, transform=axis.get_xaxis_transform())  # fmt: skip
-        axis.set(ylabel=unit, ylim=(0.0, None), xlim=(0.0, 30.0))
-        legend(axis, loc="upper right", bbox_to_anchor=(1.0, 0.8))
+            axis.text(
+                when,
+                0.28 - 0.14 * i,
+                f" paper: {name} converged {when:g} s",
+                color=color,
+                fontsize=8,
+                transform=axis.get_xaxis_transform(),
+            )
+        axis.set(ylabel=unit, ylim=(0.0, None), xlim=(0.0, SHOWN_S))
+        legend(axis, loc="upper right", bbox_to_anchor=(1.0, 0.95))
     axes[1].set_xlabel("time [s]")
     return svg(figure)
 
 
 def _curve(axis: object, time_s: Floats, error: Floats, color: str, name: str) -> None:
-    shown = time_s <= 30.0
+    shown = time_s <= SHOWN_S
     axis.plot(  # type: ignore[attr-defined]
         rounded(time_s[shown][::5], 2), rounded(error[shown][::5]), color=color, label=name
     )
