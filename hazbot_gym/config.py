@@ -189,6 +189,17 @@ class Config(Section):
     reward: RewardWeights = RewardWeights()
 
 
+def _merge(base: Mapping[str, Any], deltas: Mapping[str, Any]) -> dict[str, Any]:
+    """Return ``base`` with ``deltas`` laid over it, section by section."""
+    merged = dict(base)
+    for key, value in deltas.items():
+        below = merged.get(key)
+        if isinstance(below, Mapping) and isinstance(value, Mapping):
+            value = _merge(below, value)
+        merged[key] = value
+    return merged
+
+
 def _paper_scenario(x_m: float, y_m: float, vx_mps: float, vy_mps: float) -> dict[str, Any]:
     """Return a geometry of SPEC section 4: one scripted walker, an ideal drive already at speed."""
     walker = {"x_m": x_m, "y_m": y_m, "vx_mps": vx_mps, "vy_mps": vy_mps}
@@ -217,12 +228,25 @@ _CIRCLE = {
     },
 }
 
+_AS_BUILT = {  # the drive in earnest, and a robot that starts when people do
+    "drive": {"wheel_loop": "fuzzy_pid", "plant": "B", "start_speed_mps": 0.0},
+    "sensors": {
+        "ultrasonic": {"noise_m": 0.03},
+        "tracker": {"position_noise_m": 0.03, "velocity_noise_mps": 0.05},
+    },
+}
+
 _C_STAR_RAD = math.radians(-66.9)
+_E_STAR = _paper_scenario(4.479, 0.800, -0.5, 0.0)
+_E_FAR = _paper_scenario(5.442, 0.800, -0.5, 0.0)
+_C_STAR = _paper_scenario(2.750, 4.763, 0.5 * math.cos(_C_STAR_RAD), 0.5 * math.sin(_C_STAR_RAD))
 SCENARIOS: dict[str, dict[str, Any]] = {
-    "E*": _paper_scenario(4.479, 0.800, -0.5, 0.0),  # encountering, the simulation
-    "E5.5": _paper_scenario(5.442, 0.800, -0.5, 0.0),  # encountering, the experiment's distance
-    "C*": _paper_scenario(2.750, 4.763, 0.5 * math.cos(_C_STAR_RAD), 0.5 * math.sin(_C_STAR_RAD)),
+    "E*": _E_STAR,  # encountering, the simulation
+    "E5.5": _E_FAR,  # encountering, the experiment's distance
+    "C*": _C_STAR,  # crossing
     "C90": _paper_scenario(3.889, 3.889, 0.0, -0.5),  # crossing at a right angle
+    "E-experiment": _merge(_E_FAR, _AS_BUILT),
+    "C-experiment": _merge(_C_STAR, _AS_BUILT),
     "circle": _CIRCLE,  # nobody there
 }
 
@@ -317,14 +341,3 @@ def _as_mappings(value: Any) -> Any:
     if isinstance(value, Section):
         return {name: _as_mappings(getattr(value, name)) for name in type(value).model_fields}
     return value._asdict() if hasattr(value, "_asdict") else value
-
-
-def _merge(base: Mapping[str, Any], deltas: Mapping[str, Any]) -> dict[str, Any]:
-    """Return ``base`` with ``deltas`` laid over it, section by section."""
-    merged = dict(base)
-    for key, value in deltas.items():
-        below = merged.get(key)
-        if isinstance(below, Mapping) and isinstance(value, Mapping):
-            value = _merge(below, value)
-        merged[key] = value
-    return merged

@@ -94,7 +94,15 @@ REGISTER = {
     ),
     "fuzzy_expert": Entry(
         "hazbot_gym.policies.fuzzy_expert:FuzzyExpert",
-        "the paper's fuzzy strategy; rules=, pattern=, t_norm=, release=, scale=",
+        "the paper's fuzzy strategy; rules=, pattern=, t_norm=, release=, scale=, horizon_s=",
+    ),
+    "fuzzy_reading": Entry(
+        "hazbot_gym.policies.fuzzy_readings:FuzzyReading",
+        "the paper's strategy with one thing read differently; reading=inverted|gaussian|...",
+    ),
+    "social_force": Entry(
+        "hazbot_gym.policies.social_force:SocialForceSpeed",
+        "speed by the total social force along the way; strength=, nominal_mps=",
     ),
     "ppo": Entry(
         "hazbot_gym.policies.learned:Ppo",

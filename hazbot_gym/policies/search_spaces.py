@@ -25,10 +25,12 @@ SPACES: dict[str, Space] = {
     "stop_when_near": {"stop_m": Interval(0.0, 2.5)},
     "ssm": {"mode": ("strict", "directional"), "margin_m": Interval(-0.55, 2.0)},
     "ttc": {"horizon_s": Interval(0.0, 15.0), "margin_m": Interval(0.0, 1.5)},
+    "social_force": {"strength": Interval(0.0, 100.0)},
     "fuzzy_expert": {
         "scale": Interval(0.3, 2.0),
         "t_norm": ("min", "product"),
         "pattern": ("crisp", "gaussian"),
         "release": ("false", "true"),
+        "horizon_s": Interval(0.0, 2.0),
     },
 }

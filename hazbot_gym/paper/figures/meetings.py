@@ -1,0 +1,121 @@
+"""Pictures of section 5.1: meetings from above, and speed and distance over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from hazbot_gym.paper.figures.style import (
+    BLUE,
+    INK,
+    RED,
+    SOFT,
+    legend,
+    mark_event,
+    new,
+    rounded,
+    svg,
+)
+from hazbot_gym.paper.meetings import Events, Meeting
+from hazbot_gym.policies.fuzzy_expert import AVOIDANCE_M, SENSITIVE_M
+
+SHOWN_S = 18.0
+MARKED_S = 1.0  # between two markers of a path, as in the paper
+
+Told = Sequence[tuple[str, float]]  # what the paper reports, and when
+
+
+def meeting(
+    run: Meeting, found: Events, paper: Told, *, is_measured: bool = False, others: Any = ()
+) -> str:
+    """Draw a meeting from above, and below it speed and distance over time.
+
+    Args:
+        run: What is drawn.
+        found: Its events.
+        paper: Events that the paper reports.
+        is_measured: Whether the robot's own speed is drawn instead of the commanded one.
+        others: More meetings whose speed is drawn thin behind.
+    """
+    figure, (above, speed, distance) = new(6.6, 3, 1, height_ratios=(1.25, 1.0, 1.0))
+    _from_above(above, run, found)
+    speed.sharex(distance)
+    shown = run.time_s <= SHOWN_S
+    for other in others:
+        _step(speed, other, is_measured, color=SOFT, linewidth=0.5, alpha=0.4)
+    _step(speed, run, is_measured, color=BLUE, label=_what(is_measured))
+    for i, (what, when) in enumerate(paper):
+        mark_event(speed, when, f"paper: {what} {when:g} s", height=0.98 - 0.12 * i)
+    _mark_ours(speed, found)
+    speed.set(ylabel="speed [m/s]", ylim=(-0.03, 0.62), xlim=(0.0, SHOWN_S))
+    legend(speed, loc="lower right")
+    distance.plot(rounded(run.time_s[shown], 2), rounded(run.distance_m[shown], 3), color=RED)
+    for limit, name in ((AVOIDANCE_M, "avoidance distance"), (SENSITIVE_M, "sensitive distance")):
+        distance.axhline(limit, color=SOFT, linewidth=0.9, linestyle=(0, (4, 3)))
+        distance.text(SHOWN_S, limit, f"{name} {limit:g} m", ha="right", va="bottom", fontsize=8)
+    distance.set(xlabel="time [s]", ylabel="distance of centres [m]", ylim=(0.0, None))
+    return svg(figure)
+
+
+def _what(is_measured: bool) -> str:
+    return "robot's speed" if is_measured else "commanded speed"
+
+
+def _step(axis: Any, run: Meeting, is_measured: bool, **look: Any) -> None:
+    shown = run.time_s <= SHOWN_S
+    values = run.speed_mps if is_measured else run.command_mps
+    draw = axis.plot if is_measured else axis.step
+    style = {} if is_measured else {"where": "post"}
+    draw(rounded(run.time_s[shown], 2), rounded(values[shown], 3), **style, **look)
+
+
+def _mark_ours(axis: Any, found: Events) -> None:
+    for time_s, share in ((found.decelerates_s, 0.98), (found.stops_s, 0.05)):
+        if np.isfinite(time_s):
+            axis.plot(time_s, 0.5 * share, "o", color=BLUE, fillstyle="none")
+            axis.annotate(
+                f"{time_s:.1f} s", (time_s, 0.5 * share), xytext=(-8, -12), ha="right",
+                textcoords="offset points", color=BLUE, fontsize=8,
+            )  # fmt: skip
+
+
+def _from_above(axis: Any, run: Meeting, found: Events) -> None:
+    shown = run.time_s <= SHOWN_S
+    axis.plot(rounded(run.x[shown], 3), rounded(run.y[shown], 3), color=BLUE, linewidth=0.8)
+    axis.plot(rounded(run.human_x[shown], 3), rounded(run.human_y[shown], 3), color=RED,
+              linewidth=0.8)  # fmt: skip
+    every = round(MARKED_S / float(run.time_s[1] - run.time_s[0]))
+    axis.plot(run.x[shown][::every], run.y[shown][::every], "s", color=BLUE, markersize=5,
+              label="robot, every second")  # fmt: skip
+    axis.plot(run.human_x[shown][::every], run.human_y[shown][::every], "o", color=RED,
+              fillstyle="none", markersize=6, label="human, every second")  # fmt: skip
+    for time_s, style in ((found.decelerates_s, ":"), (found.stops_s, "-")):
+        if np.isfinite(time_s):
+            k = int(np.argmin(np.abs(run.time_s - time_s)))
+            axis.plot([run.x[k], run.human_x[k]], [run.y[k], run.human_y[k]], color=INK,
+                      linewidth=1.0, linestyle=style)  # fmt: skip
+            middle = (0.5 * (run.x[k] + run.human_x[k]), 0.5 * (run.y[k] + run.human_y[k]))
+            axis.annotate(f"{run.distance_m[k]:.2f} m at {time_s:.1f} s", middle, xytext=(6, 4),
+                          textcoords="offset points", fontsize=8)  # fmt: skip
+    axis.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", xlim=(-1.2, 9.2))
+    legend(axis, loc="upper right")
+
+
+def delays(rows: Any, scenarios: Sequence[str], extra_s: float) -> str:
+    """Draw how long the robot moves within 1.5 m over the delay of its commands.
+
+    Args:
+        rows: By scenario: delays [s], and seconds of moving within 1.5 m.
+        scenarios: Their names.
+        extra_s: What counts as affected.
+    """
+    figure, axes = new(2.6, 1, len(scenarios), sharey=True, squeeze=False)
+    for axis, scenario in zip(axes[0], scenarios, strict=True):
+        delay_s, inside_s = rows[scenario]
+        axis.plot(delay_s, inside_s, "o-", color=BLUE, markersize=3.5)
+        axis.axhline(inside_s[0] + extra_s, color=INK, linewidth=0.9, linestyle=(0, (4, 3)))
+        axis.set(title=scenario, xlabel="delay of the command [s]")
+    axes[0, 0].set_ylabel("moves within 1.5 m for [s]")
+    return svg(figure)
