@@ -75,12 +75,12 @@ def drawn() -> dict[str, tuple[Body, Forces]]:
     }
 
 
-def repulsion_mps2(clearance_m: float, closing_mps: float, constants: SocialForce) -> float:
-    """Return the repulsion between two on a line who close in at a speed [m/s^2]."""
-    step_m = closing_mps * constants.step_time_s
-    return elliptical_repulsion(
-        1.0, 0.0, clearance_m, step_m, 0.0, constants.person_strength_mps2, constants.person_range_m
-    )[0]
+def repulsion_mps2(clearance_m: float, constants: SocialForce) -> float:
+    """Return the repulsion between two people who keep their distance [m/s^2]."""
+    force = elliptical_repulsion(
+        1.0, 0.0, clearance_m, 0.0, 0.0, constants.person_strength_mps2, constants.person_range_m
+    )
+    return force[0]
 
 
 BODY_RADII_M = {"robot": ROBOT_RADIUS_M, "human": PERSON_RADIUS_M}

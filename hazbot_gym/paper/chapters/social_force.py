@@ -55,8 +55,8 @@ def chapter(quick: bool) -> Chapter:
             "robot's way gives its acceleration. Helbing and Molnar's forces are per unit mass, so "
             "that the robot's 34 kg cancel; in the drawn situation its total force is "
             f"{robot.total[0]:.0f} N along its way. As a strategy it "
-            "answers to how fast somebody comes nearer rather than to how near they are: the robot "
-            "moves on within 1.5 m as soon as they no longer come nearer.",
+            "answers to clearance alone and lets the robot come much nearer than the fuzzy one; "
+            "several times as strong it is a usable rule.",
             "Equation 8b takes v(t) t off the distance and does not say what t is. As a fixed "
             "horizon it makes the robot act earlier; no reported event needs it, and it is off by "
             "default.",
@@ -77,8 +77,8 @@ def chapter(quick: bool) -> Chapter:
             Picture(
                 "social-force-repulsion",
                 "",
-                "How people repel each other over the clearance between them: the published law, "
-                "and as calibrated. Dashed: while they close in.",
+                "How people who keep their distance repel each other over the clearance between "
+                "them: the published law, and as calibrated.",
                 figures.repulsion(),
             ),
             Picture(

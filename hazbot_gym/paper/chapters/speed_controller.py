@@ -58,8 +58,8 @@ def chapter(quick: bool) -> Chapter:
                 "speed-memberships",
                 "Figure 6",
                 "Terms of distance (a), of the human's speed (b), of the pattern (c) and of the "
-                "speed kept (d). Grey: the robot stands up to 1.5 m and does not react beyond "
-                "3.0 m.",
+                "speed kept (d); dotted: the Gaussian options. Grey: the robot stands up to 1.5 m "
+                "and does not react beyond 3.0 m.",
                 figures.memberships(),
             ),
             Picture(

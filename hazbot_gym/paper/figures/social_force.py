@@ -25,7 +25,7 @@ from hazbot_gym.paper.figures.style import (
 from hazbot_gym.paper.forces import BODY_RADII_M, drawn, repulsion_mps2
 from hazbot_gym.policies.fuzzy_expert import AVOIDANCE_M, SENSITIVE_M
 
-NEWTON_PER_M = 160.0  # of the arrows
+NEWTON_PER_M = 100.0  # of the arrows
 NAMES = {"acceleration": "F_acc", "interaction": "F_int", "attraction": "F_att", "total": "F_total"}
 COLORS = {"acceleration": GREEN, "interaction": RED, "attraction": PURPLE, "total": INK}
 
@@ -39,12 +39,14 @@ def situation() -> str:
         axis.add_patch(
             Circle((body.x, body.y), BODY_RADII_M[who], fill=False, color=color, linewidth=1.4)
         )
-        axis.annotate(who, (body.x, body.y), ha="center", va="center", color=color, fontsize=8)
+        axis.text(
+            body.x, body.y - BODY_RADII_M[who] - 0.16, who, ha="center", color=color, fontsize=8
+        )
         for lane, name in enumerate(NAMES):
             fx, fy = forces.total if name == "total" else getattr(forces, name)
             if abs(fx) + abs(fy) < 1.0:
                 continue
-            y = body.y + 0.12 * (1.5 - lane)
+            y = body.y + 0.15 * (1.5 - lane)
             label = NAMES[name] if name not in seen else None
             seen.add(name)
             axis.quiver(
@@ -53,7 +55,7 @@ def situation() -> str:
             )  # fmt: skip
     axis.plot([-1.2, -0.2], [-0.75, -0.75], color=SOFT)
     axis.text(-0.7, -0.7, f"{NEWTON_PER_M:g} N", ha="center", fontsize=8, color=SOFT)
-    axis.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", xlim=(-1.6, 4.4), ylim=(-0.9, 1.4))
+    axis.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", xlim=(-1.6, 4.4), ylim=(-0.95, 2.0))
     legend(axis, loc="upper left")
     return svg(figure)
 
@@ -61,15 +63,13 @@ def situation() -> str:
 def repulsion() -> str:
     """Draw the repulsion over the clearance: published and calibrated constants."""
     figure, axis = new(2.5)
-    clearance = np.linspace(0.02, 4.0, 200)
+    clearance = np.linspace(0.02, 2.0, 100)
     for name, constants, color in (
         ("Helbing and Molnar 1995", HELBING_MOLNAR_1995, BLUE),
         ("calibrated on people in corridors", SocialForce(), RED),
     ):
-        for closing_mps, style in ((0.0, "-"), (1.0, "--")):
-            values = [repulsion_mps2(float(c), closing_mps, constants) for c in clearance]
-            axis.plot(clearance, rounded(values), color=color, linestyle=style,
-                      label=f"{name}, closing at {closing_mps:g} m/s")  # fmt: skip
+        values = [repulsion_mps2(float(c), constants) for c in clearance]
+        axis.plot(clearance, rounded(values), color=color, label=name)
     axis.set(xlabel="clearance between two people [m]", ylabel="repulsion [m/s^2]")
     legend(axis)
     return svg(figure)

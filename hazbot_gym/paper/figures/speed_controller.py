@@ -42,14 +42,14 @@ def memberships() -> str:
         c.plot(x, rounded([gauss(float(v), code, PATTERN_WIDTH) for v in x]), color=color,
                linewidth=0.9, linestyle=":")  # fmt: skip
         _name(c, name, code, color)
-    c.set_xlabel("pattern B_j [code]; dotted: the Gaussian option")
+    c.set_xlabel("pattern B_j [code]")
     x = np.linspace(0.0, 1.0, 201)
     for (name, kept), color in zip(KEPT_TERMS.items(), HUES, strict=False):
         d.plot([kept, kept], [0.0, 1.0], color=color)
         d.plot(x, rounded([gauss(float(v), kept, OUTPUT_WIDTH) for v in x]), color=color,
                linewidth=0.9, linestyle=":")  # fmt: skip
         _name(d, name, kept, color)
-    d.set_xlabel("share of speed kept, 1 - dV [-]; dotted: for a centroid")
+    d.set_xlabel("share of speed kept, 1 - dV [-]")
     for axis, label in zip((a, b, c, d), "abcd", strict=True):
         axis.set(ylim=(0.0, 1.25), ylabel="membership [-]", title=f"({label})")
     return svg(figure)
