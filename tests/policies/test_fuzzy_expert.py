@@ -19,8 +19,8 @@ from hazbot_gym.policies.fuzzy_expert import (
     PATTERN_TERMS,
     RULES,
     FuzzyExpert,
-    control_system,
 )
+from hazbot_gym.policies.fuzzy_system import control_system
 from hazbot_gym.task.observation import LAYOUTS, encode
 
 REFERENCE = json.loads(
