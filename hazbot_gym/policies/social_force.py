@@ -4,12 +4,14 @@ Paper eqs 7 and 8a: ``m dv/dt = F_acc + F_int + F_att``. The paper gives no forc
 constants. Taken are those of Helbing and Molnar 1995 (``core/social_force.py``), as published, in
 which a robot counts as a walker whose desired velocity is the nominal speed along its path:
 
-    dv/dt = (v_nom - v)/tau + sum_b w(e, f_b) f_b . e,    v <- clip(v + dv/dt dt, 0, v_nom)
+    dv/dt = (v_nom - v)/tau + sum_b w(e, f_b) f_b . e,    f_b = A exp(-c_b/B) n_b
+    v <- clip(v + dv/dt dt, 0, v_nom)
 
-Their forces are per unit mass, so the robot's 34 kg cancel: F = 34 kg times the acceleration. F_acc
-is the first term, F_int the sum; the pull of the goal, F_att, is in the first term already. The
-repulsion's ellipse takes the step along the line of sight, all that the observation tells for
-certain. Left out: walls, which the path keeps clear of, and steering.
+with the clearance c_b to each person and n_b from them to the robot. The forces are per unit mass,
+so the robot's 34 kg cancel: F = 34 kg times the acceleration. F_acc is the first term, F_int the
+sum; the pull of the goal, F_att, is in the first term already. Left out: the ellipse along the
+other's step, whose two halves cancel on the line of sight, all that speed can answer to, as soon as
+the step reaches the robot; walls, which the path keeps clear of; and steering.
 """
 
 from __future__ import annotations
@@ -21,14 +23,10 @@ from annotated_types import Ge, Gt
 from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
+from hazbot_gym.core.elementary import decay
 from hazbot_gym.core.geometry import clip
 from hazbot_gym.core.jit import lean_kernel
-from hazbot_gym.core.social_force import (
-    HELBING_MOLNAR_1995,
-    elliptical_repulsion,
-    goal_force,
-    view_weight,
-)
+from hazbot_gym.core.social_force import HELBING_MOLNAR_1995, goal_force, view_weight
 from hazbot_gym.core.state import (
     PERSON_RADIUS_M,
     ROBOT_RADIUS_M,
@@ -41,7 +39,7 @@ from hazbot_gym.policies.base import Observations
 from hazbot_gym.policies.people_rule import PeopleRule
 from hazbot_gym.policies.person_columns import Columns, columns_of
 
-PERSON_FIELDS = ("present", "distance_m", "bearing_cos", "bearing_sin", "closing_mps")
+PERSON_FIELDS = ("present", "distance_m", "bearing_cos", "bearing_sin")
 RADII_M = ROBOT_RADIUS_M + PERSON_RADIUS_M
 
 
@@ -83,11 +81,7 @@ def _answer(
             # n points from the person to the robot, in the robot's frame.
             nx = -row[index[k, 2]] * units[k, 2]
             ny = -row[index[k, 3]] * units[k, 3]
-            gap_m = max(row[index[k, 1]] * units[k, 1] - RADII_M, 1e-3)
-            step_m = row[index[k, 4]] * units[k, 4] * force.step_time_s
-            fx, fy = elliptical_repulsion(
-                nx, ny, gap_m, step_m * nx, step_m * ny,
-                how[0] * force.robot_strength_mps2, force.robot_range_m,
-            )  # fmt: skip
-            acceleration += view_weight(1.0, 0.0, fx, fy, force) * fx
+            clearance_m = max(row[index[k, 1]] * units[k, 1] - RADII_M, 0.0)
+            f = how[0] * force.robot_strength_mps2 * decay(-clearance_m / force.robot_range_m)
+            acceleration += view_weight(1.0, 0.0, f * nx, f * ny, force) * f * nx
         out[i] = clip((v + acceleration * how[2]) / how[1], 0.0, 1.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hazbot_gym.core.state import LEFT, PATTERN_NAMES, RIGHT
+from hazbot_gym.core.state import LEFT, RIGHT
 from hazbot_gym.core.ultrasonic import FRONT_LEFT, FRONT_RIGHT, SENSOR_NAMES
 from hazbot_gym.paper.chapter import Chapter
 
@@ -19,7 +19,6 @@ def chapter(quick: bool) -> Chapter:
             "sonars_each_side": (len(SENSOR_NAMES) - in_front) / 2,
             "driving_wheels": len({RIGHT, LEFT}),
             "passive_wheels": 1,
-            "patterns": len(PATTERN_NAMES),
         },
         record={},
         text=(

@@ -49,7 +49,7 @@ def meeting(
     for i, (what, when) in enumerate(paper):
         mark_event(speed, when, f"paper: {what} {when:g} s", height=0.98 - 0.12 * i)
     _mark_ours(speed, found)
-    speed.set(ylabel="speed [m/s]", ylim=(-0.03, 0.62), xlim=(0.0, SHOWN_S))
+    speed.set(ylabel="speed [m/s]", ylim=(-0.05, 0.66), xlim=(0.0, SHOWN_S))
     legend(speed, loc="lower right")
     distance.plot(rounded(run.time_s[shown], 2), rounded(run.distance_m[shown], 3), color=RED)
     for limit, name in ((AVOIDANCE_M, "avoidance distance"), (SENSITIVE_M, "sensitive distance")):
@@ -76,7 +76,7 @@ def _mark_ours(axis: Any, found: Events) -> None:
         if np.isfinite(time_s):
             axis.plot(time_s, 0.5 * share, "o", color=BLUE, fillstyle="none")
             axis.annotate(
-                f"{time_s:.1f} s", (time_s, 0.5 * share), xytext=(-8, -12), ha="right",
+                f"{time_s:.1f} s", (time_s, 0.5 * share), xytext=(6, 5), ha="left",
                 textcoords="offset points", color=BLUE, fontsize=8,
             )  # fmt: skip
 
@@ -91,15 +91,17 @@ def _from_above(axis: Any, run: Meeting, found: Events) -> None:
               label="robot, every second")  # fmt: skip
     axis.plot(run.human_x[shown][::every], run.human_y[shown][::every], "o", color=RED,
               fillstyle="none", markersize=6, label="human, every second")  # fmt: skip
-    for time_s, style in ((found.decelerates_s, ":"), (found.stops_s, "-")):
+    for time_s, style, at_human in ((found.decelerates_s, ":", True), (found.stops_s, "-", False)):
         if np.isfinite(time_s):
             k = int(np.argmin(np.abs(run.time_s - time_s)))
-            axis.plot([run.x[k], run.human_x[k]], [run.y[k], run.human_y[k]], color=INK,
-                      linewidth=1.0, linestyle=style)  # fmt: skip
-            middle = (0.5 * (run.x[k] + run.human_x[k]), 0.5 * (run.y[k] + run.human_y[k]))
-            axis.annotate(f"{run.distance_m[k]:.2f} m at {time_s:.1f} s", middle, xytext=(6, 4),
-                          textcoords="offset points", fontsize=8)  # fmt: skip
-    axis.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", xlim=(-1.2, 9.2))
+            robot, human = (run.x[k], run.y[k]), (run.human_x[k], run.human_y[k])
+            axis.plot(*zip(robot, human, strict=True), color=INK, linewidth=1.0, linestyle=style)
+            axis.annotate(
+                f"{run.distance_m[k]:.2f} m at {time_s:.1f} s", human if at_human else robot,
+                xytext=(8, 8) if at_human else (-6, -17), textcoords="offset points", fontsize=8,
+            )  # fmt: skip
+    high = max(1.6, float(run.human_y[0]) + 0.4)
+    axis.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", xlim=(-1.0, 8.5), ylim=(-1.1, high))
     legend(axis, loc="upper right")
 
 
