@@ -16,7 +16,7 @@ from hazbot_gym.config import Config, make_config
 from hazbot_gym.core.state import Floats
 from hazbot_gym.policies import make
 from hazbot_gym.policies.base import Policy
-from hazbot_gym.policies.fuzzy_expert import SENSITIVE_M
+from hazbot_gym.policies.fuzzy_expert import AVOIDANCE_M, SENSITIVE_M
 from hazbot_gym.study.batch_rollout import run_episodes
 from hazbot_gym.study.episode import PERSON_COLUMNS, Episode
 
@@ -35,6 +35,7 @@ class Events(NamedTuple):
     slowest_mps: float
     moving_inside_s: float  # how long the robot moved while the human was within 1.5 m
     hits: float  # 1 if it touched the human while it moved; a touch ends the meeting
+    slow_outside_s: float  # how long it was below 98 % with the human beyond 3.0 m
 
 
 class Meeting(NamedTuple):
@@ -96,7 +97,7 @@ def events(meeting: Meeting, *, nominal_mps: float = 0.5, is_measured: bool = Fa
     stop = _first((share < STOPPED) & (np.arange(len(share)) >= slow))
     below = np.flatnonzero(share < SLOWER)
     last = below[-1] + 1 if slow < len(share) and not meeting.is_touching else len(share)
-    is_inside = meeting.distance_m < SENSITIVE_M
+    is_inside, is_outside = meeting.distance_m < SENSITIVE_M, meeting.distance_m > AVOIDANCE_M
     is_moving = np.abs(meeting.speed_mps) > STOPPED * nominal_mps
     step_s = float(meeting.time_s[1] - meeting.time_s[0])
     return Events(
@@ -107,6 +108,7 @@ def events(meeting: Meeting, *, nominal_mps: float = 0.5, is_measured: bool = Fa
         slowest_mps=nominal_mps * float(share[start:].min()),
         moving_inside_s=step_s * float((is_inside & is_moving).sum()),
         hits=float(meeting.is_touching and is_moving[-1]),
+        slow_outside_s=step_s * float(((share < SLOWER) & is_outside)[start:].sum()),
     )
 
 

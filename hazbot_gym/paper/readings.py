@@ -13,6 +13,8 @@ from hazbot_gym.paper.meetings import Events, events, meet
 
 SCENARIOS = ("E*", "C*")
 LONG_S = 1.0  # of moving within 1.5 m of a human, from which on a reading is unsafe
+EARLY_S = 0.2  # two decisions: of being slow beyond 3.0 m, from which on it acts too early
+ASTRAY_S = 5.0  # of that, from which on it has little to do with distance
 
 
 class Reading(NamedTuple):
@@ -77,6 +79,11 @@ def verdict(found: Mapping[str, Events]) -> str:
         faults.append("degenerate: never stops although the human comes to 0.8 m")
     if any(math.isnan(each.recovers_s) and not each.hits for each in found.values()):
         faults.append("degenerate: never recovers")
+    outside_s = max(each.slow_outside_s for each in found.values())
+    if outside_s > ASTRAY_S:
+        faults.append(f"degenerate: slow for {outside_s:.1f} s with the human beyond 3.0 m")
+    elif outside_s > EARLY_S:
+        faults.append(f"slow for {outside_s:.1f} s with the human beyond 3.0 m")
     return "; ".join(faults) or "works"
 
 

@@ -51,6 +51,7 @@ SPEED_TERMS = {
 PATTERN_TERMS = ("BS", "BE", "BL", "BF")  # crossing, encountering, leading, confronting
 PATTERN_WIDTH = 1.0 / HALF_WIDTH  # of the optional Gaussian patterns, in codes
 KEPT_TERMS = {"VD": 0.00, "VZ": 0.25, "VI": 0.50, "VR": 0.75, "VT": 1.00}  # share of v_nom (A5)
+KEPT_WIDTH = 0.25 / HALF_WIDTH  # of their Gaussian sets, for the centroid alone (SPEC 3.1)
 
 # The eight printed rules: distance, speed, pattern, kept speed.
 LITERAL_8 = """

@@ -15,26 +15,26 @@ import numpy.typing as npt
 from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
-from hazbot_gym.core.fuzzy import SpeedRules, gauss, pattern_membership, two_sided_gauss
-from hazbot_gym.core.state import NO_PATTERN, PATTERN_NAMES, Floats
+from hazbot_gym.core.fuzzy import SpeedRules
+from hazbot_gym.core.state import Floats
+from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import Actions, Observations, speed_action
 from hazbot_gym.policies.fuzzy_expert import (
     AVOIDANCE_M,
     HALF_WIDTH,
+    KEPT_WIDTH,
     PATTERN_WIDTH,
     SENSITIVE_M,
     FuzzyExpert,
 )
-from hazbot_gym.task.observation import PERSON_SLOTS, layout_of
+from hazbot_gym.task.observation import layout_of
 
 NOMINAL_MPS, DECISION_S = 0.5, 0.1  # the paper's
-OUTPUT_WIDTH = 0.25 / HALF_WIDTH  # of the output sets of the centroid (SPEC 3.1)
-POINTS = 101  # of its universe
 
 Reading = Literal[
     "inverted",  # percentages are what is taken away instead of kept (A5)
     "gaussian",  # patterns have Gaussian memberships, without a stop within R_s (A7)
-    "centroid",  # Mamdani centroid instead of the weighted mean of eq 9 (A8)
+    "centroid",  # Mamdani centroid instead of the weighted mean of eq 9, without that stop (A8)
     "recursive",  # v(t) is the present speed instead of the nominal one (A6)
     "no_gate",  # no limit at 3.0 m, and DF without its shoulder
     "horizon",  # eq 8b with t = 1 s (A14)
@@ -67,6 +67,8 @@ class FuzzyReading(FuzzyExpert):
             return chosen._replace(rules=rules, sensitive_m=0.0)
         if self.reading == "gaussian":
             return chosen._replace(pattern_width=PATTERN_WIDTH, sensitive_m=0.0)
+        if self.reading == "centroid":
+            return chosen._replace(kept_width=KEPT_WIDTH, sensitive_m=0.0)
         if self.reading == "no_gate":
             distance = chosen.distance.copy()
             distance[-1, 2] = distance[-1, 1]
@@ -81,8 +83,6 @@ class FuzzyReading(FuzzyExpert):
 
     def speed_share(self, observation: Observations) -> npt.ArrayLike:
         """Return the answer of the reading; see ``base.Rule``."""
-        if self.reading == "centroid":
-            return self._by_centroid(observation)
         kept = self._kept(observation, 1.0 if self.reading == "horizon" else self.horizon_s)
         if self.reading == "recursive":
             command = layout_of(observation).decode(observation)["command_mps"]
@@ -96,47 +96,16 @@ class FuzzyReading(FuzzyExpert):
         episode_start: npt.NDArray[np.bool_] | None = None,
         deterministic: bool = True,
     ) -> tuple[Actions, Any]:
-        """Return the action; the state of ``elapsed`` is the time since the start (N,) [s]."""
+        """Return the action; the state of ``elapsed`` is the time since the start (N,) [s].
+
+        Raises:
+            InvalidInput: ``elapsed`` is asked on the sonar tier, whose echoes are a state already.
+        """
         if self.reading != "elapsed":
             return super().predict(observation, state, episode_start, deterministic)
+        if layout_of(observation).tier == "sonar":
+            raise InvalidInput("reading: 'elapsed' is for tracked people, given the tier 'sonar'")
         time_s = np.zeros(np.shape(observation)[:-1]) if state is None else np.asarray(state)
         if episode_start is not None:
             time_s = np.where(np.reshape(episode_start, time_s.shape), 0.0, time_s)
         return speed_action(self._kept(observation, time_s)), time_s + DECISION_S
-
-    def _by_centroid(self, observation: Observations) -> Floats:
-        """Return the smallest centroid beside any person."""
-        seen = layout_of(observation).decode(np.atleast_2d(observation))
-        kept = np.ones(len(np.atleast_2d(observation)))
-        for i in range(PERSON_SLOTS):
-            flags = np.stack([seen[f"person{i}_{name}"] > 0.5 for name in PATTERN_NAMES])
-            pattern = np.where(flags.any(axis=0), flags.argmax(axis=0), NO_PATTERN)
-            distance, speed = seen[f"person{i}_distance_m"], seen[f"person{i}_speed_mps"]
-            for k in np.flatnonzero(seen[f"person{i}_present"] > 0.5):
-                one = centroid(distance[k], speed[k], int(pattern[k]), self.controller)
-                kept[k] = min(kept[k], one)
-        return kept.reshape(np.shape(observation)[:-1])
-
-
-def centroid(
-    distance_m: float, speed_mps: float, pattern: int, controller: SpeedRules, points: int = POINTS
-) -> float:
-    """Return the kept fraction by Mamdani's inference: minimum, maximum, centroid of Gaussian sets.
-
-    It cannot reach 0, since the centroid of a set around 0 lies above 0. Arguments as for
-    ``core.fuzzy.kept_fraction``.
-    """
-    if distance_m > controller.avoidance_m:
-        return 1.0
-    universe = np.linspace(0.0, 1.0, points)
-    membership = np.zeros(points)
-    for r, v, code, kept in controller.rules:
-        weight = min(
-            two_sided_gauss(float(distance_m), *controller.distance[int(r)].tolist()),
-            two_sided_gauss(float(speed_mps), *controller.speed[int(v)].tolist()),
-            pattern_membership(pattern, int(code), controller.pattern_width),
-        )
-        shape = np.array([gauss(float(x), float(kept), OUTPUT_WIDTH) for x in universe])
-        membership = np.maximum(membership, np.minimum(weight, shape))
-    total = membership.sum()
-    return float(membership @ universe / total) if total > 0.0 else 1.0

@@ -9,8 +9,8 @@ import numpy as np
 from hazbot_gym.errors import MissingExtra
 from hazbot_gym.policies.fuzzy_expert import (
     DISTANCE_TERMS,
-    HALF_WIDTH,
     KEPT_TERMS,
+    KEPT_WIDTH,
     PATTERN_TERMS,
     PATTERN_WIDTH,
     RULES,
@@ -45,7 +45,7 @@ def control_system(expert: FuzzyExpert, points: int = 601) -> Any:
     for code, name in enumerate(PATTERN_TERMS):
         pattern[name] = fuzz.gaussmf(pattern.universe, code, width)
     for name, fraction in KEPT_TERMS.items():
-        kept[name] = fuzz.gaussmf(kept.universe, fraction, 0.25 / HALF_WIDTH)
+        kept[name] = fuzz.gaussmf(kept.universe, fraction, KEPT_WIDTH)
     join = np.multiply if expert.t_norm == "product" else np.fmin
     return control.ControlSystem(
         [
