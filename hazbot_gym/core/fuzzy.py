@@ -127,9 +127,7 @@ def kept_fraction(
 
 
 @scalar
-def _centroid(
-    distance_m: float, speed_mps: float, pattern: int, controller: SpeedRules
-) -> float:
+def _centroid(distance_m: float, speed_mps: float, pattern: int, controller: SpeedRules) -> float:
     """Return the centroid of the output sets: Mamdani's minimum and maximum, trapezoidal rule.
 
     kept = int x mu(x) dx / int mu(x) dx,  mu(x) = max_j min(w_j, exp(-(x - kept_j)^2 / (2 s^2)))

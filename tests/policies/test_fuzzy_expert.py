@@ -9,17 +9,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 import pytest
-from skfuzzy import control
 
 from hazbot_gym.core.fuzzy import kept_fraction, kept_fractions
 from hazbot_gym.core.geometry import straight_path
 from hazbot_gym.core.state import NO_PATTERN, PATTERN_NAMES, ROBOT, TRACK, Floats, records
 from hazbot_gym.policies.fuzzy_expert import (
-    KEPT_TERMS,
     PATTERN_TERMS,
     RULES,
     FuzzyExpert,
-    control_system,
 )
 from hazbot_gym.task.observation import LAYOUTS, encode
 
@@ -275,32 +272,6 @@ def test_policy_survives_pickling() -> None:
 
     assert restored == expert
     assert np.array_equal(restored.predict(observation)[0], before)
-
-
-# --- the oracle ----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("t_norm", ["min", "product"])
-@pytest.mark.parametrize("pattern", ["crisp", "gaussian"])
-@pytest.mark.parametrize("rules", ["complete32", "literal8"])
-def test_scikit_fuzzy_fires_the_same_rules(t_norm: Any, pattern: Any, rules: Any) -> None:
-    # Its control system defuzzifies by centroid, so eq 9 is taken over the weights of its rules.
-    # They are interpolated on a universe of 601 points, hence the tolerance.
-    expert = FuzzyExpert(rules=rules, pattern=pattern, t_norm=t_norm)
-    system = control_system(expert)
-    outputs = [KEPT_TERMS[out] for *_, out in RULES[rules]]
-    points = [(1.7, 0.5, BE), (2.3, 0.9, BS), (2.6, 1.1, BL), (2.9, 0.8, BF), (2.1, 1.0, BE)]
-    for distance, speed, code in points:
-        simulation = control.ControlSystemSimulation(system)
-        for name, value in (("distance", distance), ("speed", speed), ("pattern", code)):
-            simulation.input[name] = value
-        simulation.compute()
-        weights = [rule.aggregate_firing[simulation] for rule in system.rules]
-        assert len(weights) == len(outputs)
-        total = sum(weights)
-        kept = np.dot(weights, outputs) / total if total >= 1e-12 else 1.0
-        ours = kept_fraction(distance, speed, code, expert.controller)
-        assert ours == pytest.approx(kept, abs=0.002)
 
 
 def test_pattern_terms_stand_in_the_order_of_the_pattern_codes() -> None:
