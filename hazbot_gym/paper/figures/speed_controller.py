@@ -13,13 +13,13 @@ from hazbot_gym.policies.fuzzy_expert import (
     AVOIDANCE_M,
     DISTANCE_TERMS,
     KEPT_TERMS,
+    KEPT_WIDTH,
     PATTERN_TERMS,
     PATTERN_WIDTH,
     SENSITIVE_M,
     SPEED_TERMS,
     FuzzyExpert,
 )
-from hazbot_gym.policies.fuzzy_readings import OUTPUT_WIDTH
 
 
 def memberships() -> str:
@@ -46,7 +46,7 @@ def memberships() -> str:
     x = np.linspace(0.0, 1.0, 201)
     for (name, kept), color in zip(KEPT_TERMS.items(), HUES, strict=False):
         d.plot([kept, kept], [0.0, 1.0], color=color)
-        d.plot(x, rounded([gauss(float(v), kept, OUTPUT_WIDTH) for v in x]), color=color,
+        d.plot(x, rounded([gauss(float(v), kept, KEPT_WIDTH) for v in x]), color=color,
                linewidth=0.9, linestyle=":")  # fmt: skip
         _name(d, name, kept, color)
     d.set_xlabel("share of speed kept, 1 - dV [-]")
