@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from hazbot_gym.core.fuzzy_pid import FuzzyPid
 from hazbot_gym.core.kinematics import Chassis
+from hazbot_gym.core.line_sensor import LineSensor
 from hazbot_gym.core.pid import PidGains, Plant
 from hazbot_gym.core.social_force import (
     ATTENTIVE,
@@ -76,7 +77,9 @@ class Drive(Section):
     start_speed_mps: Annotated[float, Ge(0)] = 0.0  # of robot and reference at reset
     acceleration_mps2: Annotated[float, Gt(0)] = 0.5  # slew limit of the command
     deceleration_mps2: Annotated[float, Gt(0)] = 1.0
+    latency_steps: Annotated[int, Ge(0), Le(50)] = 0  # decisions until a command is obeyed
     reflex_stop_m: Annotated[float, Ge(0)] = 0.0  # front ultrasonic reading that stops, 0 = off
+    line_sensor: LineSensor = LineSensor()  # lamps that see the path; pitch 0: error known exactly
     wheel_loop: Literal["fuzzy_pid", "pid", "ideal"] = "fuzzy_pid"  # ideal: as commanded, at once
     plant: Literal["A", "B", "A0", "C"] | Plant = "A"  # motors (SPEC section 5), by name or in full
     tables: Literal["textbook", "symmetric"] = "textbook"  # rules of the fuzzy-PID

@@ -171,7 +171,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         """Drive for one decision period at the speed that the action asks for."""
         if self._is_over:
             raise InvalidInput("step: the episode is over, call reset first")
-        outcome = self._decide(self._reflex(self._command(action)))
+        outcome = self._decide(self._command(action), stops=self._reflex())
         observation = self._observe()
         info = self._info(self._terms)
         if outcome != RUNNING:
@@ -215,16 +215,16 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
             raise InvalidInput(f"action: given {value}, allowed is -1 <= action <= 1")
         return nominal * 0.5 * (value + 1.0)
 
-    def _decide(self, command_mps: float) -> int:
+    def _decide(self, command_mps: float, *, stops: bool) -> int:
         """Drive for one decision period, write its record and terms, and return the outcome."""
         world, decision = self._world, self._decision
         robots = world.robots
         s_before, command_before = robots["s"][0], robots["command"][0]
-        world.step(command_mps)
+        world.step(command_mps, stops=stops)
         nominal = self.config.drive.nominal_speed_mps
         full_m = nominal * self.config.clock.decision_s
         decision["advance"] = (robots["s"][0] - s_before) / full_m
-        decision["command_change"] = (command_mps - command_before) / nominal
+        decision["command_change"] = (robots["command"][0] - command_before) / nominal
         decision["nominal_speed_mps"] = nominal
         judge(
             robots,
@@ -238,10 +238,9 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         )
         return int(decision["outcome"][0])
 
-    def _reflex(self, command_mps: float) -> float:
-        """Return the command, or a stop if something is near in front and the reflex is on."""
-        nearest_m = self._ranges[: FRONT_RIGHT + 1].min()
-        return 0.0 if nearest_m < self.config.drive.reflex_stop_m else command_mps
+    def _reflex(self) -> bool:
+        """Tell whether something is near in front and the reflex is on."""
+        return bool(self._ranges[: FRONT_RIGHT + 1].min() < self.config.drive.reflex_stop_m)
 
     def _observe(self) -> npt.NDArray[np.float32]:
         world = self._world

@@ -69,7 +69,7 @@ def _drive_lap(
 ) -> None:  # fmt: skip
     """Write ``COLUMNS`` after every step: (T, 6)."""
     robot, p = robots[0], drive_values(parameters[0])
-    robot.command = command_mps
+    robot.obeyed = command_mps
     load_lane(lanes[0], 0, robot, wheels, np.uint64(key), 0)
     for k in range(out.shape[0]):
         drive_alone(lanes[0], 0, path, p, table)

@@ -52,7 +52,22 @@ def drive_parameters(drive: Drive, physics_s: float) -> DriveParameters:
         plant=PLANTS[drive.plant] if isinstance(drive.plant, str) else drive.plant,
         pid=drive.pid,
         fuzzy=drive.fuzzy,
+        line=drive.line_sensor,
     )
+
+
+@scalar
+def obey(robot: Record, pending: Floats, step: int) -> None:
+    """Let the drive obey the command of some decisions ago, and note the last one for later.
+
+    Args:
+        robot: With the last command.
+        pending: (latency + 1,) a ring of commands that the drive has still to obey [m/s].
+        step: Number of the decision since the reset.
+    """
+    room = pending.shape[0]
+    pending[step % room] = robot.command
+    robot.obeyed = pending[(step + 1) % room]
 
 
 @scalar
@@ -71,7 +86,6 @@ def drive(
     robots: Records,
     wheels: Records,
     path: Records,
-    command_mps: float,
     parameters: Records,
     gain_table: Floats,
     key: np.uint64,
@@ -79,13 +93,12 @@ def drive(
     substeps: int,
     lanes: Records,
 ) -> None:
-    """Drive one robot for some physics steps at a commanded speed.
+    """Drive one robot for some physics steps at the speed that it obeys.
 
     Args:
         robots: (1,) record of type ``ROBOT``, changed in place like the wheels.
         wheels: (2,) records of type ``WHEEL``.
         path: (M,) records of type ``PATH_PIECE``.
-        command_mps: Speed that the policy asks for [m/s].
         parameters: (1,) record of ``DriveParameters``.
         gain_table: From ``core.fuzzy_pid.gain_table``.
         key: Key of the scenario's noise.
@@ -93,7 +106,6 @@ def drive(
         substeps: How many physics steps to drive.
         lanes: (1,) record of type ``DRIVE_LANES`` to work in.
     """
-    robots[0].command = command_mps
     p = drive_values(parameters[0])
     load_lane(lanes[0], 0, robots[0], wheels, np.uint64(key), first_step)
     for _ in range(substeps):
@@ -117,8 +129,8 @@ def place_robot(
     """
     robot.x, robot.y, robot.theta, curvature = path_pose(path, 0.0)
     robot.v, robot.omega = speed_mps, speed_mps * curvature
-    robot.command, robot.v_ref, robot.s = speed_mps, speed_mps, 0.0
-    robot.x_e, robot.y_e, robot.theta_e = 0.0, 0.0, 0.0
+    robot.command, robot.obeyed, robot.v_ref, robot.s = speed_mps, speed_mps, speed_mps, 0.0
+    robot.x_e, robot.y_e, robot.theta_e, robot.y_seen = 0.0, 0.0, 0.0, 0.0
     speeds = wheel_speeds(Twist(robot.v, robot.omega), p.chassis)
     ki = loop_gains(0.0, 0.0, p, gain_table).ki
     for i in (RIGHT, LEFT):
@@ -155,7 +167,7 @@ def _steps_to_end(
     lanes: Records,
 ) -> int:
     robot, p = robots[0], drive_values(parameters[0])
-    robot.command = p.nominal_speed_mps
+    robot.obeyed = p.nominal_speed_mps
     load_lane(lanes[0], 0, robot, wheels, np.uint64(0), 0)
     for step in range(1, horizon + 1):
         drive_alone(lanes[0], 0, path, p, gain_table)

@@ -18,6 +18,7 @@ from hazbot_gym.policies.fuzzy_expert import (
     RULES,
     FuzzyExpert,
 )
+from hazbot_gym.policies.fuzzy_system import control_system
 from hazbot_gym.task.observation import LAYOUTS, encode
 
 REFERENCE = json.loads(

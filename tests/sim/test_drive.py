@@ -54,9 +54,10 @@ class Rig(NamedTuple):
 
     def drive(self, command_mps: float, step: int = 0, substeps: int = 1, key: int = 7) -> Records:
         """Drive on and return the robot's record."""
+        self.robots["command"] = self.robots["obeyed"] = command_mps
         drive(
-            self.robots, self.wheels, self.path, command_mps,
-            self.parameters, self.table, np.uint64(key), step, substeps, records(DRIVE_LANES, 1),
+            self.robots, self.wheels, self.path, self.parameters,
+            self.table, np.uint64(key), step, substeps, records(DRIVE_LANES, 1),
         )  # fmt: skip
         return self.robots[0]
 
@@ -197,7 +198,7 @@ def test_compiled_drive_is_that_of_plain_python(wheel_loop: str) -> None:
     rig = make_rig(CORNER, wheel_loop=wheel_loop, plant="B", **noise)
     plain = make_rig(CORNER, wheel_loop=wheel_loop, plant="B", **noise)
     robot, parameters = (x.view(np.recarray)[0] for x in (plain.robots, plain.parameters))
-    robot.command = 0.5
+    robot.command = robot.obeyed = 0.5
     path, wheels = CORNER.view(np.recarray), plain.wheels.view(np.recarray)
     lanes = records(DRIVE_LANES, 1).view(np.recarray)[0]
     load_lane(lanes, 3, robot, wheels, np.uint64(7), 0)
