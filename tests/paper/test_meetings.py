@@ -24,8 +24,15 @@ def meeting(
     speed = 0.5 * np.array(share)
     zeros: npt.NDArray[np.float64] = np.zeros(count)
     apart = np.broadcast_to(np.asarray(distance_m, float), count)
-    return Meeting(0.1 * np.arange(count), zeros, zeros, apart, zeros, apart, speed, speed,
-                   is_touching)  # fmt: skip
+    known = {
+        "time_s": 0.1 * np.arange(count),
+        "human_x": apart,
+        "distance_m": apart,
+        "command_mps": speed,
+        "speed_mps": speed,
+        "is_touching": is_touching,
+    }
+    return Meeting(**({name: zeros for name in Meeting._fields} | known))  # type: ignore[arg-type]
 
 
 def test_events_by_hand() -> None:

@@ -39,7 +39,7 @@ def ours(controller: SpeedRules) -> Floats:
 
 
 def weights(expert: FuzzyExpert) -> Floats:
-    """Return the weights of the rules by scikit-fuzzy's memberships: (rules, points)."""
+    """Return the weights of the rules on the grid by scikit-fuzzy: (rules, points)."""
     distance, speed, pattern = GRID
     terms = {
         name: skfuzzy.gauss2mf(values, c, s_left, c, s_right)
