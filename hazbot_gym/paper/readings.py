@@ -77,10 +77,10 @@ def verdict(found: Mapping[str, Events]) -> str:
         faults.append("moves within 1.5 m")
     if math.isnan(found["E*"].stops_s):
         faults.append("degenerate: never stops although the human comes to 0.8 m")
+    outside_s = max(each.slow_outside_s for each in found.values())
     if any(math.isnan(each.recovers_s) and not each.hits for each in found.values()):
         faults.append("degenerate: never recovers")
-    outside_s = max(each.slow_outside_s for each in found.values())
-    if outside_s > ASTRAY_S:
+    elif outside_s > ASTRAY_S:
         faults.append(f"degenerate: slow for {outside_s:.1f} s with the human beyond 3.0 m")
     elif outside_s > EARLY_S:
         faults.append(f"slow for {outside_s:.1f} s with the human beyond 3.0 m")

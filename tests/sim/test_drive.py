@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hazbot_gym.config import Drive
-from hazbot_gym.core.fuzzy_pid import FuzzyPid, gain_table
+from hazbot_gym.core.fuzzy_pid import gain_table
 from hazbot_gym.core.geometry import circle_path, path_length, straight_path
 from hazbot_gym.core.pid import PLANTS
 from hazbot_gym.core.state import LEFT, RIGHT, ROBOT, WHEEL, Floats, Records, as_record, records
@@ -68,57 +68,6 @@ def make_rig(path: Records, start_mps: float = 0.0, **options: Any) -> Rig:
     rig = Rig(records(ROBOT, 1), records(WHEEL, 2), path, parameters, TABLES[settings.tables])
     start_drive(rig.robots, rig.wheels, path, start_mps, parameters, rig.table)
     return rig
-
-
-def drive_circle(rig: Rig) -> dict[str, float]:
-    """Drive a lap from rest, the reference at full speed at once; return the four figures."""
-    speed = REFERENCE["speed_mps"]
-    errors = np.empty((4311, 2))
-    for k in range(len(errors)):
-        robot = rig.drive(speed, step=k)
-        errors[k] = math.hypot(robot["x_e"], robot["y_e"]), abs(robot["theta_e"])
-    last = [DT_S * (np.flatnonzero(column >= REFERENCE["band"])[-1] + 1) for column in errors.T]
-    position, angle = errors.max(axis=0)
-    return {
-        "max_position_m": position,
-        "max_angle_rad": angle,
-        "position_s": last[0],
-        "angle_s": last[1],
-    }
-
-
-def circle_rig(run: dict[str, Any]) -> Rig:
-    plant: Any = run["plant"]
-    if "u_max" in run:
-        plant = PLANTS[plant]._replace(u_max=run["u_max"])
-    options = {"tables": run.get("tables", "textbook"), "wheel_loop": run["wheel_loop"]}
-    fuzzy = FuzzyPid(sign=run.get("sign", -1.0))
-    return make_rig(CIRCLE, plant=plant, fuzzy=fuzzy, **options, **AT_ONCE)
-
-
-@pytest.mark.parametrize("run", REFERENCE["runs"], ids=lambda run: "-".join(map(str, run.values())))
-def test_circle_reaches_the_published_errors_and_times(run: dict[str, Any]) -> None:
-    found = drive_circle(circle_rig(run))
-
-    for name in ("max_position_m", "max_angle_rad"):
-        assert found[name] == pytest.approx(run[name], rel=REFERENCE["tolerance_relative"])
-    for name in ("position_s", "angle_s"):
-        assert found[name] == pytest.approx(run[name], abs=REFERENCE["tolerance_s"])
-
-
-@pytest.mark.parametrize("plant", ["A", "B", "A0"])
-def test_fuzzy_pid_beats_pid_in_all_four_figures(plant: str) -> None:
-    fuzzy = drive_circle(circle_rig({"plant": plant, "wheel_loop": "fuzzy_pid"}))
-    fixed = drive_circle(circle_rig({"plant": plant, "wheel_loop": "pid"}))
-
-    assert all(fuzzy[name] < fixed[name] for name in fuzzy)
-
-
-def test_fuzzy_pid_with_the_other_sign_is_worse_than_pid() -> None:
-    fuzzy = drive_circle(circle_rig({"plant": "A", "wheel_loop": "fuzzy_pid", "sign": 1.0}))
-    fixed = drive_circle(circle_rig({"plant": "A", "wheel_loop": "pid"}))
-
-    assert all(fuzzy[name] > fixed[name] for name in fuzzy)
 
 
 def test_ideal_wheels_stay_on_the_circle() -> None:

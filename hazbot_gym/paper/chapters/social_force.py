@@ -12,12 +12,13 @@ from hazbot_gym.paper.meetings import Events, events, meet
 from hazbot_gym.policies.fuzzy_expert import AVOIDANCE_M, SENSITIVE_M
 
 SCENARIOS = ("E*", "C*")
+FORCES = ("social force", "social force, four times as strong")
 POLICIES = {
     "fuzzy strategy": "fuzzy_expert",
     "fuzzy strategy, eq 8b with t = 0.5 s": "fuzzy_expert:horizon_s=0.5",
     "fuzzy strategy, eq 8b with t = 1 s": "fuzzy_expert:horizon_s=1",
-    "social force": "social_force",
-    "social force, four times as strong": "social_force:strength=4",
+    FORCES[0]: "social_force",
+    FORCES[1]: "social_force:strength=4",
 }
 
 
@@ -54,9 +55,7 @@ def chapter(quick: bool) -> Chapter:
             "Equation 8a makes a speed policy of it, social_force: the total force along the "
             "robot's way gives its acceleration. Helbing and Molnar's forces are per unit mass, so "
             "that the robot's 34 kg cancel; in the drawn situation its total force is "
-            f"{robot.total[0]:.0f} N along its way. As a strategy it "
-            "answers to clearance alone and lets the robot come much nearer than the fuzzy one; "
-            "several times as strong it is a usable rule.",
+            f"{robot.total[0]:.0f} N along its way. {_as_strategy(found)}",
             "Equation 8b takes v(t) t off the distance and does not say what t is. As a fixed "
             "horizon it makes the robot act earlier; no reported event needs it, and it is off by "
             "default.",
@@ -89,6 +88,21 @@ def chapter(quick: bool) -> Chapter:
                 figures.zones(),
             ),
         ),
+    )
+
+
+def _as_strategy(found: dict[tuple[str, str], Events]) -> str:
+    """Say how the policy does beside the fuzzy strategy, which never moves within 1.5 m."""
+    plain, strong = ({s: found[name, s] for s in SCENARIOS} for name in FORCES)
+    return (
+        "It answers to clearance alone, and lets the robot come much nearer than the fuzzy "
+        f"strategy: as published it moves within {SENSITIVE_M:g} m of the human for "
+        f"{plain['E*'].moving_inside_s:.1f} s in E* and comes to {plain['C*'].least_m:.2f} m in "
+        f"C*. Four times as strong it keeps {strong['C*'].least_m:.2f} m there, and still moves "
+        f"within {SENSITIVE_M:g} m for {strong['E*'].moving_inside_s:.1f} s in E*: somebody beside "
+        "the robot pushes it neither back nor on, so it sets off before the human has gone by. By "
+        f"the criteria of section 3.2.3 that is unsafe; what the force lacks is the fuzzy "
+        "strategy's stop within the sensitive distance."
     )
 
 

@@ -54,7 +54,7 @@ def meeting(
     distance.plot(rounded(run.time_s[shown], 2), rounded(run.distance_m[shown], 3), color=RED)
     for limit, name in ((AVOIDANCE_M, "avoidance distance"), (SENSITIVE_M, "sensitive distance")):
         distance.axhline(limit, color=SOFT, linewidth=0.9, linestyle=(0, (4, 3)))
-        distance.text(SHOWN_S, limit, f"{name} {limit:g} m", ha="right", va="bottom", fontsize=8)
+        distance.text(0.1, limit, f"{name} {limit:g} m", va="top", fontsize=8, color=SOFT)
     distance.set(xlabel="time [s]", ylabel="distance of centres [m]", ylim=(0.0, None))
     return svg(figure)
 
@@ -98,7 +98,8 @@ def _from_above(axis: Any, run: Meeting, found: Events) -> None:
             axis.plot(*zip(robot, human, strict=True), color=INK, linewidth=1.0, linestyle=style)
             axis.annotate(
                 f"{run.distance_m[k]:.2f} m at {time_s:.1f} s", human if at_human else robot,
-                xytext=(8, 8) if at_human else (-6, -17), textcoords="offset points", fontsize=8,
+                xytext=(8, 8) if at_human else (-2, -17), textcoords="offset points", fontsize=8,
+                ha="left" if at_human else "right",
             )  # fmt: skip
     high = max(1.6, float(run.human_y[0]) + 0.4)
     axis.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", xlim=(-1.0, 8.5), ylim=(-1.1, high))

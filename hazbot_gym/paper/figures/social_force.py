@@ -33,29 +33,27 @@ COLORS = {"acceleration": GREEN, "interaction": RED, "attraction": PURPLE, "tota
 def situation() -> str:
     """Draw the forces on robot and human (Figure 4)."""
     figure, axis = new(2.8)
-    seen = set()
     for who, (body, forces) in drawn().items():
         color = BLUE if who == "robot" else OCHRE
         axis.add_patch(
             Circle((body.x, body.y), BODY_RADII_M[who], fill=False, color=color, linewidth=1.4)
         )
-        axis.text(
-            body.x, body.y - BODY_RADII_M[who] - 0.16, who, ha="center", color=color, fontsize=8
-        )
+        beside = body.x + BODY_RADII_M[who] + 0.08
+        axis.text(beside, body.y, who, va="center", color=color, fontsize=8)
         for lane, name in enumerate(NAMES):
             fx, fy = forces.total if name == "total" else getattr(forces, name)
             if abs(fx) + abs(fy) < 1.0:
                 continue
             y = body.y + 0.15 * (1.5 - lane)
-            label = NAMES[name] if name not in seen else None
-            seen.add(name)
             axis.quiver(
                 body.x, y, fx / NEWTON_PER_M, fy / NEWTON_PER_M, angles="xy", scale_units="xy",
-                scale=1.0, width=0.004, color=COLORS[name], label=label, zorder=3,
+                scale=1.0, width=0.004, color=COLORS[name], zorder=3,
             )  # fmt: skip
     axis.plot([-1.2, -0.2], [-0.75, -0.75], color=SOFT)
     axis.text(-0.7, -0.7, f"{NEWTON_PER_M:g} N", ha="center", fontsize=8, color=SOFT)
     axis.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", xlim=(-1.6, 4.4), ylim=(-0.95, 2.0))
+    for name, text in NAMES.items():  # in the order of equation 7
+        axis.plot([], [], color=COLORS[name], label=text)
     legend(axis, loc="upper left")
     return svg(figure)
 
@@ -87,7 +85,14 @@ def zones() -> str:
             axis.text(middle, 0.0, PHASE_NAMES[k].replace(" ", "\n"), ha="center", va="center",
                       fontsize=7, color=INK)  # fmt: skip
     axis.barh(-0.65, AVOIDANCE_M - SENSITIVE_M, 0.3, left=SENSITIVE_M, color=RED)
-    axis.text(AVOIDANCE_M + 0.1, -0.65, "the paper's avoidance range", va="center", fontsize=8)
+    axis.text(
+        AVOIDANCE_M + 0.1,
+        -0.65,
+        f"the paper's avoidance range, {SENSITIVE_M:g} to {AVOIDANCE_M:g} m",
+        va="center",
+        fontsize=8,
+    )
     axis.set(xlim=(0.0, 9.0), yticks=[], xlabel="distance [m]")
+    axis.set_xticks(PHASE_BOUNDS_M, [f"{bound:g}" for bound in PHASE_BOUNDS_M], fontsize=7)
     axis.grid(visible=False)
     return svg(figure)

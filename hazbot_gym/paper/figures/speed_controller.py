@@ -80,9 +80,10 @@ def over_distance(horizons_s: tuple[float, ...]) -> str:
     figure, (left, right) = new(2.7, 1, 2, sharey=True)
     distance = np.linspace(1.3, 4.2, 233)
     controller = FuzzyExpert().controller
-    for code, color in zip(range(4), HUES, strict=False):
+    looks = ("-", "--", ":", "-")  # three patterns have the same answer to a slow human
+    for code, (color, look) in enumerate(zip(HUES, looks, strict=False)):
         kept = [kept_fraction(float(r), 0.5, code, controller) for r in distance]
-        left.plot(distance, rounded(kept), color=color, label=PATTERN_NAMES[code])
+        left.plot(distance, rounded(kept), color=color, linestyle=look, label=PATTERN_NAMES[code])
     for horizon_s, color in zip(horizons_s, (BLUE, RED, SOFT), strict=True):
         kept = [kept_fraction(float(r) - 0.5 * horizon_s, 0.5, 1, controller) for r in distance]
         right.plot(distance, rounded(kept), color=color, label=f"t = {horizon_s:g} s")
