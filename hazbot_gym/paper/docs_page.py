@@ -10,6 +10,9 @@ from hazbot_gym.paper.tables import shown, summary_line
 from hazbot_gym.study.plain_tables import Rows, markdown_table
 
 Record = Mapping[str, Any]
+LINES = ("item", "what", "here", "in the code")
+NUMBERS = ("number", "where", "paper", "here", "tolerance", "verdict")
+MISSED = ("number", "paper", "here", "verdict")
 
 
 def page(template: str, record: Record, *, name: str) -> str:
@@ -23,12 +26,19 @@ def page(template: str, record: Record, *, name: str) -> str:
     return Template(template).substitute(
         record=name,
         summary=summary_line(record),
-        lines=markdown_table(("item", "what", "here", "in the code"), line_rows(record)),
-        numbers=markdown_table(
-            ("number", "where", "paper", "here", "tolerance", "verdict"), number_rows(record)
-        ),
-        missed=markdown_table(("number", "paper", "here", "verdict"), missed_rows(record)),
+        findings="\n\n".join(findings(record)),
+        lines=markdown_table(LINES, line_rows(record), wordy=LINES),
+        numbers=markdown_table(NUMBERS, number_rows(record), wordy=("where", "verdict")),
+        missed=markdown_table(MISSED, missed_rows(record), wordy=("verdict",)),
     )
+
+
+def findings(record: Record) -> list[str]:
+    """Return what each section came to, under its title."""
+    return [
+        f"### {section['number']} {section['title']}\n\n" + "\n\n".join(section["text"])
+        for section in record["sections"]
+    ]
 
 
 def line_rows(record: Record) -> Rows:

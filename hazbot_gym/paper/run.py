@@ -120,11 +120,16 @@ def record_of(chapters: list[Chapter], identity: str, *, quick: bool) -> Record:
         "form": "quick" if quick else "full",
         "commit": provenance.commit(),
         "versions": provenance.versions(),
+        "reported": len(numbers),
         "verdicts": {
             word: sum(entry["verdict"].startswith(word) for entry in numbers)
             for word in (REPRODUCED, NEAR, NOT)
         },
         "numbers": numbers,
+        "sections": [
+            {"number": chapter.number, "title": chapter.title, "text": list(chapter.text)}
+            for chapter in chapters
+        ],
         "lines": [line.model_dump() for line in lines()],
         "chapters": {chapter.number: _plain(chapter.record) for chapter in chapters},
     }

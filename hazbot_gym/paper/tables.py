@@ -7,7 +7,9 @@ from typing import Any
 
 from rich.table import Table
 
-COLORS = {"reproduced": "green", "near": "yellow"}
+from hazbot_gym.paper.numbers import NEAR, NOT, REPRODUCED
+
+COLORS = {REPRODUCED: "green", NEAR: "yellow"}
 
 
 def shown(value: float | None, unit: str = "") -> str:
@@ -42,5 +44,5 @@ def verdict_table(record: Mapping[str, Any]) -> Table:
 
 def summary_line(record: Mapping[str, Any]) -> str:
     """Return how many numbers there are of each verdict."""
-    counts = ", ".join(f"{count} {word}" for word, count in record["verdicts"].items())
-    return f"{len(record['numbers'])} numbers reported: {counts}."
+    counts = ", ".join(f"{record['verdicts'][word]} {word}" for word in (REPRODUCED, NEAR, NOT))
+    return f"{record['reported']} numbers reported: {counts}."
