@@ -42,7 +42,7 @@ def additive_scores(seeds: int, scenarios: int, rng: np.random.Generator) -> Flo
 # --- how often the interval covers ---------------------------------------------------------------
 
 
-def coverage(draws: CrossedDraws, statistic: Statistic = crossed_mean, studies: int = 300) -> float:
+def coverage(draws: CrossedDraws, statistic: Statistic = crossed_mean) -> float:
     """Return how often the interval holds the truth, 0.
 
     Draws know nothing of the scores, so one large set of them serves all studies.
@@ -50,7 +50,7 @@ def coverage(draws: CrossedDraws, statistic: Statistic = crossed_mean, studies: 
     rng = np.random.default_rng(1)
     size = draws.seeds.shape[1], draws.scenarios.shape[1]
     estimates = [
-        crossed_estimate(additive_scores(*size, rng), draws, statistic) for _ in range(studies)
+        crossed_estimate(additive_scores(*size, rng), draws, statistic) for _ in range(300)
     ]
     return float(np.mean([low <= 0.0 <= high for _, low, high in estimates]))
 
