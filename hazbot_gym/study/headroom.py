@@ -27,6 +27,7 @@ from hazbot_gym.policies.base import Actions, Observations, Policy
 from hazbot_gym.policies.knobs import sweep
 from hazbot_gym.study import batch_rollout
 from hazbot_gym.study.lattice import LEVELS
+from hazbot_gym.study.normalised_score import normalised_score
 from hazbot_gym.study.optimum import optimum
 from hazbot_gym.task.scenario import Source
 
@@ -136,7 +137,7 @@ def _place(name: str, episodes: int, on_progress: Callable[[], None]) -> dict[st
             "policy": played.spec,
             "return": float(played.returns.mean()),
             "arrived": played.arrived,
-            "share": (float(played.returns.mean()) - low) / (top - low),
+            "share": float(normalised_score(played.returns.mean(), low, top)),
         }
         for family, played in best.items()
     }

@@ -1,8 +1,8 @@
 """How sure a number is: intervals for rates and means, and differences of paired policies.
 
-All resampling is over scenarios (a deterministic policy has no other source of luck) and takes an
-explicit generator. One draw of scenarios serves every metric and every policy, so that what is
-paired stays paired.
+All resampling is over scenarios (a deterministic policy has no other source of luck; for several
+training seeds see ``crossed_bootstrap``) and takes an explicit generator. One draw of scenarios
+serves every metric and every policy, so that what is paired stays paired.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ RESAMPLES = 2000
 
 
 class Estimate(NamedTuple):
-    """A mean with the two ends of its interval; all NaN where there was nothing to average."""
+    """A mean or other statistic, and its interval; all NaN where there was nothing to average."""
 
     mean: float
     low: float
@@ -70,13 +70,9 @@ def bootstrap_mean(values: npt.ArrayLike, draws: Floats, *, confidence: float = 
         confidence: nominal coverage of the interval.
     """
     value = np.asarray(values, dtype=float)
-    known = np.isfinite(value)
-    if not known.any():
-        return Estimate(np.nan, np.nan, np.nan)
-    sizes = draws @ known.astype(float)
-    means = (draws @ np.where(known, value, 0.0))[sizes > 0] / sizes[sizes > 0]
-    low, high = np.quantile(means, [(1 - confidence) / 2, (1 + confidence) / 2])
-    return Estimate(float(value[known].mean()), float(low), float(high))
+    known = value[np.isfinite(value)]
+    mean = float(known.mean()) if len(known) else np.nan
+    return percentile_interval(mean, ratio(*sums_of_defined(value, draws)), confidence=confidence)
 
 
 def paired_difference(
@@ -89,3 +85,39 @@ def paired_difference(
     """Estimate the mean of ``ours - theirs``, both (n,) over the same scenarios in one order."""
     difference: Floats = np.asarray(ours, dtype=float) - np.asarray(theirs, dtype=float)
     return bootstrap_mean(difference, draws, confidence=confidence)
+
+
+def sums_of_defined(values: Floats, draws: Floats) -> tuple[Floats, Floats]:
+    """Sum over each resample what is finite, and count it.
+
+    Args:
+        values: (n,) or (R, n) numbers, a column per scenario.
+        draws: (B, n) counts from ``scenario_draws``.
+
+    Returns:
+        Sums and numbers of summands, both (B,) or (B, R).
+    """
+    known = np.isfinite(values)
+    return draws @ np.where(known, values, 0.0).T, draws @ known.T.astype(float)
+
+
+def ratio(numerator: Floats, denominator: Floats) -> Floats:
+    """Divide two arrays of one shape; NaN where the denominator is 0."""
+    quotient = np.full(np.shape(numerator), np.nan)
+    np.divide(numerator, denominator, out=quotient, where=np.asarray(denominator) != 0)
+    return quotient
+
+
+def percentile_interval(value: float, resampled: Floats, *, confidence: float = 0.95) -> Estimate:
+    """Put the percentile interval of Efron (1979) around a statistic.
+
+    Args:
+        value: the statistic of the data.
+        resampled: (B,) the statistic of each resample; NaN where it had nothing to average.
+        confidence: nominal coverage of the interval.
+    """
+    defined = resampled[np.isfinite(resampled)]
+    if not (np.isfinite(value) and len(defined)):
+        return Estimate(np.nan, np.nan, np.nan)
+    low, high = np.quantile(defined, [(1 - confidence) / 2, (1 + confidence) / 2])
+    return Estimate(float(value), float(low), float(high))
