@@ -15,6 +15,7 @@ from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -24,8 +25,10 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from hazbot_gym.errors import HazbotError
 from hazbot_gym.policies.base import make as make_policy
-from hazbot_gym.study import files, provenance, records
+from hazbot_gym.policies.learned import Learned
+from hazbot_gym.study import entrants, files, provenance, records
 from hazbot_gym.study.config import StudyConfig
+from hazbot_gym.study.entrants import Entrant, Job
 from hazbot_gym.study.metrics import Row
 from hazbot_gym.study.rollout import Block, run_block, try_out
 from hazbot_gym.study.summary import Summary, summarise
@@ -63,12 +66,19 @@ def run_study(
     console = console or Console(quiet=True)
     records.claim(out, study.identity())
     environments = rehearse(study)
-    shards = list(plan(study, out))
+    workers = workers or os.cpu_count() or 1
+    about = manifest(study, environments)
+    if not (out / records.MANIFEST).exists():
+        files.write_json(out / records.MANIFEST, about)  # says whose folder it is from now on
+    _prepare(entrants.jobs(study, out), workers=workers, console=console)
+    taking_part = entrants.entrants(study, out)
+    shards = list(plan(study, out, taking_part))
     missing = _missing(shards, console)
     if missing:
         records.withdraw(out)  # results of an earlier state do not stand beside a new manifest
-        files.write_json(out / records.MANIFEST, manifest(study, environments))
-    _run(missing, workers=workers or os.cpu_count() or 1, console=console)
+        about["entrants"] = entrants.portable(taking_part, out)
+        files.write_json(out / records.MANIFEST, about)
+    _run(missing, workers=workers, console=console)
     rows = records.join([_read(shard) for shard in shards])
     summary = summarise(rows, study)
     records.write_episodes(out / records.EPISODES, rows)
@@ -77,16 +87,22 @@ def run_study(
     return summary
 
 
-def plan(study: StudyConfig, out: Path) -> Iterator[Shard]:
+def plan(study: StudyConfig, out: Path, taking_part: list[Entrant]) -> Iterator[Shard]:
     """Yield the shards of a study, all policies of a scenario set next to each other."""
     common = provenance.stamp(study.tracks)
-    stamps = {policy: common + _own_source(policy) for policy in study.policies}
+    policies = [
+        (each.name, spec, seed, common + _own_source(spec))
+        for each in taking_part
+        for seed, spec in enumerate(each.specs)
+    ]
     for scenarios in study.all_sets:
-        for policy in study.policies:
+        for name, spec, seed, stamp in policies:
             for first in range(0, study.episodes, study.episodes_per_shard):
                 count = min(study.episodes_per_shard, study.episodes - first)
-                block = Block(policy, scenarios, first, count, study.seed, study.ssm, study.engine)
-                yield Shard(block, out / records.SHARDS / _file_name(block), stamps[policy])
+                block = Block(
+                    name, scenarios, first, count, study.seed, study.ssm, study.engine, spec, seed
+                )
+                yield Shard(block, out / records.SHARDS / _file_name(block), stamp)
 
 
 def rehearse(study: StudyConfig) -> dict[str, Any]:
@@ -100,6 +116,7 @@ def rehearse(study: StudyConfig) -> dict[str, Any]:
     Raises:
         InvalidInput: a policy or an environment cannot be made, or they do not fit each other.
     """
+    entrants.check(study)
     return {
         scenarios.name: try_out(scenarios, study.policies, study.engine).model_dump(mode="json")
         for scenarios in study.all_sets
@@ -112,6 +129,7 @@ def manifest(study: StudyConfig, environments: dict[str, Any]) -> dict[str, Any]
         "study": study.identity(),
         "config": study.model_dump(mode="json"),
         "environments": environments,
+        "entrants": {policy: [policy] for policy in study.policies},
         "ssm_profile": study.ssm.profile(),
         "seed": study.seed,
         "versions": provenance.versions(),
@@ -135,6 +153,17 @@ def _missing(shards: list[Shard], console: Console) -> list[Shard]:
     return missing
 
 
+def _prepare(waiting: list[Job], *, workers: int, console: Console) -> None:
+    """Tune and train who is to be tuned or trained."""
+    if not waiting:
+        return
+    with progress_bar(console) as progress, _processes(min(workers, len(waiting))) as pool:
+        task = progress.add_task("tuning and training", total=len(waiting))
+        for future in as_completed([pool.submit(job.run, *job.arguments) for job in waiting]):
+            future.result()
+            progress.advance(task)
+
+
 def _run(shards: list[Shard], *, workers: int, console: Console) -> None:
     """Run shards and write each as soon as it is done."""
     if not shards:
@@ -156,17 +185,24 @@ def _run_here(shards: list[Shard], workers: int) -> Iterator[tuple[Shard, list[R
 
 def _run_in_processes(shards: list[Shard], workers: int) -> Iterator[tuple[Shard, list[Row]]]:
     """Yield shards and their rows from parallel processes, in the order in which they end."""
+    with _processes(min(workers, len(shards))) as pool:
+        running = {pool.submit(run_block, shard.block): shard for shard in shards}
+        for future in as_completed(running):
+            yield running[future], future.result()
+
+
+@contextmanager
+def _processes(count: int) -> Iterator[ProcessPoolExecutor]:
+    """Give parallel processes; what is still waiting in the end is not begun."""
     # Spawned processes start from nothing, the same way on every system; Ctrl-C ends them quietly.
     pool = ProcessPoolExecutor(
-        min(workers, len(shards)),
+        count,
         mp_context=multiprocessing.get_context("spawn"),
         initializer=signal.signal,
         initargs=(signal.SIGINT, signal.SIG_DFL),
     )
     try:
-        running = {pool.submit(run_block, shard.block): shard for shard in shards}
-        for future in as_completed(running):
-            yield running[future], future.result()
+        yield pool
     except BrokenProcessPool as error:
         raise HazbotError("a worker process was ended from outside; run again to go on") from error
     finally:
@@ -188,10 +224,13 @@ def _read(shard: Shard) -> pd.DataFrame:
     return rows
 
 
-def _own_source(policy: str) -> str:
-    """Return the digest of the source file of a user's own policy, nothing for a built-in one."""
+def _own_source(spec: str) -> str:
+    """Return the digest of a policy's own file, trained or source; nothing for a built-in one."""
     try:
-        source = Path(inspect.getfile(type(make_policy(policy))))
+        policy = make_policy(spec)
+        if isinstance(policy, Learned):
+            return "+" + provenance.digest(policy.path)[:16]
+        source = Path(inspect.getfile(type(policy)))
     except (OSError, TypeError):  # made of something that has no file
         return ""
     built_in = source.is_relative_to(provenance.PACKAGE)
@@ -200,7 +239,8 @@ def _own_source(policy: str) -> str:
 
 def _file_name(block: Block) -> str:
     """Return a name that shows policy, set and first episode, and is unique beyond that."""
-    text = f"{block.policy}--{block.scenarios.name}--{block.first:05d}"
+    seed = f"-{block.training_seed}" if block.training_seed else ""
+    text = f"{block.policy}{seed}--{block.scenarios.name}--{block.first:05d}"
     shown = "".join(letter if letter.isalnum() or letter in "-." else "_" for letter in text)
     unique = hashlib.sha256(text.encode()).hexdigest()[:8]
     return f"{shown}--{unique}.parquet"

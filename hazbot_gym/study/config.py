@@ -77,10 +77,23 @@ def track_sets(folder: Path) -> tuple[ScenarioSet, ...]:
     )
 
 
+class Learner(Section):
+    """A policy that a study trains itself, once for each of several seeds."""
+
+    name: Annotated[str, MinLen(1)]
+    config: Path  # training file
+    seeds: Annotated[int, Ge(1)] = 10  # the file's seed and those after it
+    steps: Annotated[int, Ge(1)] | None = None  # decisions in all; None: the file's
+
+
 class StudyConfig(Section):
     """All that decides the numbers of a study; how it is run (workers, folder) is not in here."""
 
     policies: Annotated[tuple[str, ...], MinLen(1)] = DEFAULT_POLICIES
+    tuned: tuple[str, ...] = ()  # families of rules that are tuned on validation first
+    trials: Annotated[int, Ge(1)] = 50  # of each of these searches
+    trial_episodes: Annotated[int, Ge(1)] = 100  # of each trial, in every family of people
+    learners: tuple[Learner, ...] = ()  # policies that are trained first
     reference: str | None = None  # policy that the others are compared with; None: the first
     sets: Annotated[tuple[ScenarioSet, ...], MinLen(1)] = DEFAULT_SETS
     tracks: Path | None = None  # folder of real tracks; adds the two sets among real people
@@ -122,13 +135,23 @@ class StudyConfig(Section):
         return self.sets + (track_sets(self.tracks) if self.tracks else ())
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """What all who take part are called: policies as given, families tuned, learners."""
+        return (
+            *self.policies,
+            *(f"{family}, tuned" for family in self.tuned),
+            *(learner.name for learner in self.learners),
+        )
+
+    @property
     def reference_policy(self) -> str:
         """The policy that the others are compared with."""
         return self.reference or self.policies[0]
 
     def identity(self) -> str:
         """Return a hash that two studies share if and only if their values are equal."""
-        text = json.dumps(self.model_dump(mode="json"), sort_keys=True)
+        trainings = [learner.config.read_text(encoding="utf-8") for learner in self.learners]
+        text = json.dumps([self.model_dump(mode="json"), *trainings], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -147,9 +170,15 @@ def load_study(path: Path | None = None, **changes: Any) -> StudyConfig:
         study = StudyConfig.model_validate(values)
     except ValidationError as error:
         raise InvalidInput(first_error(error)) from error
-    if study.reference_policy not in study.policies:
-        allowed = ", ".join(study.policies)
+    if study.reference_policy not in study.names:
+        allowed = ", ".join(study.names)
         raise InvalidInput(f"reference: given {study.reference!r}, allowed are {allowed}")
+    twice = next((name for name in study.names if study.names.count(name) > 1), None)
+    if twice is not None:
+        raise InvalidInput(f"learners: given the name {twice!r} twice, allowed is every name once")
+    for learner in study.learners:
+        if not learner.config.is_file():
+            raise InvalidInput(f"learners: given {str(learner.config)!r}, which does not exist")
     if study.tracks and not study.tracks.exists():
         raise InvalidInput(f"tracks: given {str(study.tracks)!r}, which does not exist")
     return study

@@ -17,6 +17,7 @@ from pydantic import ValidationError
 from hazbot_gym.envs.registration import ENVIRONMENTS
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.study import (
+    entrants,
     files,
     records,
     report_figures,
@@ -51,6 +52,7 @@ class Study(NamedTuple):
     manifest: Mapping[str, Any]
     summary: Summary
     rows: pd.DataFrame
+    specs: Mapping[str, str]  # what each policy is made of, of a learner its first seed
 
 
 def write_report(folder: Path) -> Path:
@@ -76,7 +78,8 @@ def read(folder: Path) -> Study:
         manifest = json.loads((folder / records.MANIFEST).read_text(encoding="utf-8"))
         summary = json.loads((folder / records.SUMMARY).read_text(encoding="utf-8"))
         rows = records.read_episodes(folder / records.EPISODES)
-        return Study(StudyConfig.model_validate(manifest["config"]), manifest, summary, rows)
+        config = StudyConfig.model_validate(manifest["config"])
+        return Study(config, manifest, summary, rows, entrants.located(manifest, folder))
     except (OSError, ValueError, KeyError, TypeError, ValidationError) as error:
         raise InvalidInput(
             f"folder: given {str(folder)!r}, which holds no finished study; run hazbot study first"
@@ -85,9 +88,9 @@ def read(folder: Path) -> Study:
 
 def make_page(study: Study) -> str:
     """Return the page as HTML; the same text for the same study."""
-    config, looks = study.config, styles(study.config.policies)
+    config, looks = study.config, styles(study.config.names)
     replays = {
-        scenarios.name: replay_set(config, scenarios, rows_of(study, scenarios.name))
+        scenarios.name: replay_set(config, scenarios, rows_of(study, scenarios.name), study.specs)
         for scenarios in config.all_sets
     }
     blocks = all_blocks(study)
@@ -107,7 +110,7 @@ def make_page(study: Study) -> str:
             first=first,
             pooled=drawn if first == DRAWN else [],
             start=(drawn or list(replays))[0],
-            headline=report_tables.headline(blocks[first], config.policies),
+            headline=report_tables.headline(blocks[first], config.names),
             beaten={name: dict(report_tables.beaten(block)) for name, block in blocks.items()},
             plots=make_plots(study, blocks, replays, looks),
             pictures={
@@ -117,8 +120,8 @@ def make_page(study: Study) -> str:
             replays=report_player.pack(replays),
             tables={
                 name: (
-                    report_tables.all_metrics(block, config.policies),
-                    report_tables.differences(block, config.policies, config.reference_policy),
+                    report_tables.all_metrics(block, config.names),
+                    report_tables.differences(block, config.names, config.reference_policy),
                     next(iter(block.values()))["episodes"],
                 )
                 for name, block in blocks.items()

@@ -63,27 +63,32 @@ def choose(rows: pd.DataFrame) -> dict[int, str]:
     return {episode: " and ".join(whys) for episode, whys in reasons.items()}
 
 
-def replay_set(study: StudyConfig, scenarios: ScenarioSet, rows: pd.DataFrame) -> list[Replay]:
-    """Run the chosen episodes of a set again, with every policy.
+def replay_set(
+    study: StudyConfig, scenarios: ScenarioSet, rows: pd.DataFrame, specs: Mapping[str, str]
+) -> list[Replay]:
+    """Run the chosen episodes of a set again, with every policy; of a learner with its first seed.
 
     Args:
         study: what was run.
         scenarios: the set.
         rows: what was recorded in that set.
+        specs: what each policy is made of, by name.
 
     Raises:
         HazbotError: an episode does not give its recorded numbers again.
     """
+    rows = rows[rows["training_seed"] == 0]
     chosen = choose(rows[rows["policy"] == study.reference_policy])
     recorded = {
         (row["policy"], row["episode"]): row
         for row in rows[rows["episode"].isin(chosen)].to_dict("records")
     }
-    pairs = [(policy, index) for policy in study.policies for index in chosen]
+    pairs = [(policy, index) for policy in study.names for index in chosen]
+    policies = [make_policy(specs[name]) for name in study.names]
     seeds = [int(recorded[study.reference_policy, index]["seed"]) for index in chosen]
     runs: dict[int, dict[str, Episode]] = {index: {} for index in chosen}
     for (policy, index), (episode, labels) in zip(
-        pairs, _run(study, scenarios, seeds), strict=True
+        pairs, _run(study, scenarios, policies, seeds), strict=True
     ):
         check({**labels, **measure(episode, study.ssm)}, recorded[policy, index])
         runs[index][policy] = episode
@@ -117,10 +122,9 @@ def check(again: Row, recorded: Mapping[str, Any]) -> None:
 
 
 def _run(
-    study: StudyConfig, scenarios: ScenarioSet, seeds: list[int]
+    study: StudyConfig, scenarios: ScenarioSet, policies: list[Policy], seeds: list[int]
 ) -> Iterator[tuple[Episode, Row]]:
     """Run every policy over some seeds, one policy after the other."""
-    policies = [make_policy(policy) for policy in study.policies]
     if study.engine == "pymunk":
         env = make_env(scenarios)
         return (run_episode(env, policy, seed) for policy in policies for seed in seeds)

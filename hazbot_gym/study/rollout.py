@@ -34,6 +34,8 @@ class Block(NamedTuple):
     seed: int
     ssm: SsmThresholds = SsmThresholds()
     engine: Engine = "batched"
+    spec: str = ""  # what the policy is made of, where that is not its name
+    training_seed: int = 0  # which of a learner's policies it is
 
 
 def evaluate(
@@ -105,7 +107,7 @@ def run_block(block: Block, threads: int = 1) -> list[Row]:
         block: what to run.
         threads: that the batched engine may use.
     """
-    policy = make_policy(block.policy)
+    policy = make_policy(block.spec or block.policy)
     indices = range(block.first, block.first + block.episodes)
     seeds = [episode_seed(block.seed, block.scenarios.name, index) for index in indices]
     if block.engine == "batched":
@@ -117,6 +119,7 @@ def run_block(block: Block, threads: int = 1) -> list[Row]:
     return [
         {
             "policy": block.policy,
+            "training_seed": block.training_seed,
             "scenario_set": block.scenarios.name,
             "env": block.scenarios.env,
             "episode": index,

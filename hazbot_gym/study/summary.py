@@ -12,14 +12,16 @@ import numpy.typing as npt
 from hazbot_gym.core.state import Floats
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study.config import StudyConfig
-from hazbot_gym.study.metrics import Row
-from hazbot_gym.study.statistics import (
-    Estimate,
-    bootstrap_mean,
-    paired_difference,
-    scenario_draws,
-    wilson,
+from hazbot_gym.study.crossed_bootstrap import (
+    CrossedDraws,
+    crossed_draws,
+    crossed_estimate,
+    crossed_mean,
 )
+from hazbot_gym.study.metrics import Row
+from hazbot_gym.study.multiple_comparisons import bootstrap_p_value, holm
+from hazbot_gym.study.paired_scores import differences, improvements, pair_draws
+from hazbot_gym.study.statistics import Estimate, wilson
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -52,7 +54,7 @@ COMPARED = (
     "time_ratio",
     "rms_jerk_mps3",
 )
-LABELS = ("episode", "seed")  # numbers that name an episode and measure nothing
+LABELS = ("episode", "seed", "training_seed")  # numbers that name an episode and measure nothing
 POOLED = "all sets"
 Summary = dict[str, Any]
 
@@ -80,7 +82,7 @@ def summarise(rows: pd.DataFrame, study: StudyConfig) -> Summary:
 def summarise_one(rows: Sequence[Row], *, seed: int) -> dict[str, Any]:
     """Return the results of one policy in one set, as ``summarise`` gives them, from bare rows."""
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-    draws = scenario_draws(columns["scenario_set"], np.random.default_rng(seed))
+    (draws,) = crossed_draws(columns["scenario_set"], [1], np.random.default_rng(seed))
     return {"episodes": len(rows), "metrics": _estimates(columns, draws, 0.95)}
 
 
@@ -95,48 +97,94 @@ def means(rows: Sequence[Row]) -> dict[str, float | None]:
 
 def summarise_set(rows: pd.DataFrame, study: StudyConfig) -> Summary:
     """Summarise every policy in a set (or in all sets together, each resampled by itself)."""
-    grouped = {policy: group for policy, group in rows.groupby("policy", sort=False)}
+    # Within each training seed the scenarios stand in one order, whatever the order of the shards.
+    ordered = rows.sort_values("training_seed", kind="stable")
+    grouped = {policy: group for policy, group in ordered.groupby("policy", sort=False)}
     reference = grouped[study.reference_policy]
     # From the seed alone, and the same for every policy: what is paired stays paired.
     rng = np.random.default_rng(study.seed)
-    draws = scenario_draws(reference["scenario_set"], rng, resamples=study.resamples)
-    return {
+    strata = reference["scenario_set"][reference["training_seed"] == 0]
+    seeds = [grouped[policy]["training_seed"].nunique() for policy in study.names]
+    drawn = crossed_draws(strata, seeds, rng, resamples=study.resamples)
+    draws = dict(zip(study.names, drawn, strict=True))
+    results = {
         policy: {
             "episodes": len(grouped[policy]),
-            "metrics": _estimates(grouped[policy], draws, study.confidence),
+            "training_seeds": len(draws[policy].seeds[0]),
+            "metrics": _estimates(grouped[policy], draws[policy], study.confidence),
             "difference": {
-                name: _plain(
-                    paired_difference(
-                        grouped[policy][name], reference[name], draws, confidence=study.confidence
-                    )
+                name: _compare(
+                    _scores(grouped[policy], name),
+                    _scores(reference, name),
+                    pair_draws(draws[policy], draws[study.reference_policy]),
+                    study.confidence,
                 )
                 for name in COMPARED
             },
         }
-        for policy in study.policies
+        for policy in study.names
     }
+    _correct(results, study.reference_policy)
+    return results
+
+
+def _scores(rows: pd.DataFrame, metric: str) -> Floats:
+    """Return a policy's metric as a score matrix (training seeds, scenarios)."""
+    values = rows[metric].to_numpy(dtype=float)
+    seeds: Floats = values.reshape(rows["training_seed"].nunique(), -1)
+    return seeds
+
+
+def _compare(
+    ours: Floats, theirs: Floats, draws: CrossedDraws, confidence: float
+) -> dict[str, float | None]:
+    """Return the paired difference with its interval and p-value, and how often ours is less."""
+    difference = differences(ours, theirs)
+    estimate = crossed_estimate(difference, draws, confidence=confidence)
+    less = crossed_estimate(improvements(-ours, -theirs), draws, confidence=confidence)
+    p = bootstrap_p_value(crossed_mean(difference, draws))
+    return _plain(estimate) | {"p": _rounded(p), "less": _rounded(less.mean)}
+
+
+def _correct(results: Summary, reference: str) -> None:
+    """Add p-values corrected (Holm) over the family: all compared metrics, all other policies."""
+    family = [
+        each["difference"][name]
+        for policy, each in results.items()
+        if policy != reference
+        for name in COMPARED
+    ]
+    adjusted = holm([np.nan if each["p"] is None else each["p"] for each in family])
+    for each, p in zip(family, adjusted, strict=True):
+        each["p_holm"] = _rounded(float(p))
 
 
 def _estimates(
-    columns: Mapping[str, npt.NDArray[Any]] | pd.DataFrame, draws: Floats, confidence: float
+    columns: Mapping[str, npt.NDArray[Any]] | pd.DataFrame, draws: CrossedDraws, confidence: float
 ) -> dict[str, dict[str, float | None]]:
-    """Return the estimate of every column that is a metric, and leave out the labels."""
+    """Return the estimate of every column that is a metric, and leave out the labels.
+
+    Rates of one training seed get Wilson's interval, which is sound at 0 and 1.
+    """
     estimates = {}
+    seeds = draws.seeds.shape[1]
     for name in columns:
         values = np.asarray(columns[name])
-        if name in RATES:
+        if name in RATES and seeds == 1:
             estimates[name] = wilson(float(values.sum()), len(values), confidence=confidence)
-        elif values.dtype.kind in "if" and name not in LABELS:
-            estimates[name] = bootstrap_mean(values, draws, confidence=confidence)
+        elif name in RATES or (values.dtype.kind in "if" and name not in LABELS):
+            scores = values.astype(float).reshape(seeds, -1)
+            estimates[name] = crossed_estimate(scores, draws, confidence=confidence)
     return {name: _plain(estimate) for name, estimate in estimates.items()}
 
 
 def _plain(estimate: Estimate) -> dict[str, float | None]:
     """Return an estimate as JSON values, rounded so that no processor's last digit shows."""
-    return {
-        name: float(f"{value:.9g}") if math.isfinite(value) else None
-        for name, value in estimate._asdict().items()
-    }
+    return {name: _rounded(value) for name, value in estimate._asdict().items()}
+
+
+def _rounded(value: float) -> float | None:
+    return float(f"{value:.9g}") if math.isfinite(value) else None
 
 
 def _check(rows: pd.DataFrame) -> None:

@@ -26,7 +26,7 @@ def study(finished: Path) -> report.Study:
 @pytest.fixture(scope="module")
 def replays(study: report.Study) -> list[Replay]:
     scenarios = next(each for each in study.config.all_sets if each.name == "Crossing")
-    return replay_set(study.config, scenarios, report.rows_of(study, "Crossing"))
+    return replay_set(study.config, scenarios, report.rows_of(study, "Crossing"), study.specs)
 
 
 def episodes(**columns: list[float]) -> pd.DataFrame:
@@ -64,7 +64,7 @@ def test_the_pymunk_engine_gives_the_same_episodes(
 ) -> None:
     reference = study.config.model_copy(update={"engine": "pymunk"})
     scenarios = next(each for each in study.config.all_sets if each.name == "Crossing")
-    again = replay_set(reference, scenarios, report.rows_of(study, "Crossing"))
+    again = replay_set(reference, scenarios, report.rows_of(study, "Crossing"), study.specs)
     for ours, theirs in zip(replays, again, strict=True):
         for policy, run in ours.runs.items():
             np.testing.assert_allclose(run.pose, theirs.runs[policy].pose, atol=1e-6)
@@ -77,7 +77,9 @@ def test_discrete_speeds_give_the_same_episodes() -> None:
     study = StudyConfig(policies=("constant:0.4", "stop_on_sight"), sets=(scenarios,))
     blocks = [Block(policy, scenarios, 0, 2, study.seed) for policy in study.policies]
     rows = pd.DataFrame([row for block in blocks for row in run_block(block)])
-    assert set(replay_set(study, scenarios, rows)[0].runs) == set(study.policies)
+    assert set(
+        replay_set(study, scenarios, rows, dict(zip(study.names, study.names, strict=True)))[0].runs
+    ) == set(study.policies)
 
 
 def test_an_episode_that_gives_other_numbers_is_refused_by_name(study: report.Study) -> None:
@@ -85,7 +87,9 @@ def test_an_episode_that_gives_other_numbers_is_refused_by_name(study: report.St
     rows.loc[rows["policy"] == "stop_on_sight", "clearance_min_m"] += 0.01
     scenarios = study.config.all_sets[0]
     with pytest.raises(HazbotError, match="'E[*]' with 'stop_on_sight' now gives clearance_min_m"):
-        replay_set(study.config, scenarios, rows[rows["scenario_set"] == scenarios.name])
+        replay_set(
+            study.config, scenarios, rows[rows["scenario_set"] == scenarios.name], study.specs
+        )
 
 
 @pytest.mark.parametrize(

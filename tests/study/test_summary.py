@@ -36,6 +36,7 @@ def made_up_rows(study: StudyConfig = STUDY) -> list[dict[str, object]]:
                         "scenario_set": scenarios.name,
                         "episode": index,
                         "seed": index,
+                        "training_seed": 0,
                         "scenario_key": str(index),
                         "ssm_profile": study.ssm.profile(),
                         "arrived": int(index > 1),
@@ -57,7 +58,7 @@ def test_every_policy_has_means_and_intervals_in_every_set_and_in_all() -> None:
     assert result["metrics"]["arrived"]["low"] == pytest.approx(0.699, abs=1e-3)  # Wilson
     assert result["metrics"]["time_ratio"] == {"mean": 1.25, "low": 1.25, "high": 1.25}
     assert result["metrics"]["contact_speed_mps"] == {"mean": None, "low": None, "high": None}
-    assert not {"episode", "seed"} & set(result["metrics"])
+    assert not {"episode", "seed", "training_seed"} & set(result["metrics"])
     assert summary["sets"]["all sets"]["constant:0.5"]["episodes"] == 40
 
 
@@ -65,7 +66,11 @@ def test_differences_are_paired_and_against_the_reference() -> None:
     summary = summarise(pd.DataFrame(made_up_rows()), STUDY)
     policy = summary["sets"]["easy"]["fuzzy_expert:rules=complete32"]
     assert set(policy["difference"]) == set(COMPARED)
-    assert policy["difference"]["kinetic_intrusion_m2"] == {"mean": -0.5, "low": -0.5, "high": -0.5}
+    difference = policy["difference"]["kinetic_intrusion_m2"]
+    assert [difference[name] for name in ("mean", "low", "high")] == [-0.5, -0.5, -0.5]
+    assert difference["less"] == 1.0  # in every scenario
+    assert difference["p"] == pytest.approx(2 / 201)  # the least that 200 resamples can show
+    assert difference["p_holm"] == pytest.approx(5 * 2 / 201)  # five metrics, one other policy
     width = policy["metrics"]["kinetic_intrusion_m2"]
     assert width["high"] - width["low"] > 0.3
 

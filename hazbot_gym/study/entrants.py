@@ -1,0 +1,132 @@
+"""Who takes part in a study: policies as given, families tuned first, and learners trained first.
+
+    OUT/tuned/FAMILY.json   a search on validation scenarios
+    OUT/trained/NAME/SEED/  a training run
+
+Searches and runs are jobs that go side by side, one core each. Each resumes by itself, so a killed
+study goes on with what is left of them.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies.search_spaces import SPACES
+from hazbot_gym.study import run_folder
+from hazbot_gym.study.config import Learner, StudyConfig
+from hazbot_gym.study.train_config import TrainConfig, load_training
+
+TUNED, TRAINED = "tuned", "trained"
+_FILE = "learned:path="
+
+
+class Entrant(NamedTuple):
+    """A policy under its name, as what ``policies.base.make`` takes."""
+
+    name: str
+    specs: tuple[str, ...]  # of a learner one for each training seed
+
+
+class Job(NamedTuple):
+    """Something to be done before a study can begin; a function and arguments that pickle."""
+
+    run: Callable[..., None]
+    arguments: tuple[Any, ...]
+
+
+def check(study: StudyConfig) -> None:
+    """Check that all who are to be tuned or trained can be.
+
+    Raises:
+        InvalidInput: there is no such family, or a training file cannot be used.
+    """
+    unknown = [family for family in study.tuned if family not in SPACES]
+    if unknown:
+        raise InvalidInput(f"tuned: given {unknown[0]!r}, allowed are {', '.join(SPACES)}")
+    for learner in study.learners:
+        training_of(learner, 0).environments()
+
+
+def jobs(study: StudyConfig, out: Path) -> list[Job]:
+    """Return what is still to be done; learners first, which take longest."""
+    trainings = [
+        Job(_train, (training_of(learner, k), folder_of(learner, k, out)))
+        for learner in study.learners
+        for k in range(learner.seeds)
+        if not (folder_of(learner, k, out) / run_folder.RESULT).exists()
+    ]
+    searches = [
+        Job(_tune, (family, study.trials, study.trial_episodes, out / TUNED / f"{family}.json"))
+        for family in study.tuned
+        if not _is_searched(out / TUNED / f"{family}.json")
+    ]
+    return [*trainings, *searches]
+
+
+def entrants(study: StudyConfig, out: Path) -> list[Entrant]:
+    """Return all who take part; every job must be done."""
+    tuned = [_read(out / TUNED / f"{family}.json")["best"]["policy"] for family in study.tuned]
+    trained = [
+        tuple(_FILE + str(_policy_in(folder_of(learner, k, out))) for k in range(learner.seeds))
+        for learner in study.learners
+    ]
+    specs = [*((policy,) for policy in (*study.policies, *tuned)), *trained]
+    return [Entrant(name, each) for name, each in zip(study.names, specs, strict=True)]
+
+
+def portable(found: list[Entrant], out: Path) -> dict[str, list[str]]:
+    """Return specs by name for a manifest, with files named from the study's folder."""
+    there, here = _FILE + str(out / TRAINED), _FILE + TRAINED
+    return {each.name: [spec.replace(there, here) for spec in each.specs] for each in found}
+
+
+def located(manifest: Mapping[str, Any], out: Path) -> dict[str, str]:
+    """Return the first spec of each name in a manifest, with files where the folder is now."""
+    return {
+        name: specs[0].replace(_FILE + TRAINED, _FILE + str(out / TRAINED))
+        for name, specs in manifest["entrants"].items()
+    }
+
+
+def training_of(learner: Learner, k: int) -> TrainConfig:
+    """Return the training run of a learner's k-th seed."""
+    plan = load_training(learner.config, steps=learner.steps)
+    return plan.model_copy(update={"seed": plan.seed + k})
+
+
+def folder_of(learner: Learner, k: int, out: Path) -> Path:
+    """Return where the run of a learner's k-th seed is."""
+    slug = "".join(letter if letter.isalnum() or letter in "-." else "_" for letter in learner.name)
+    return out / TRAINED / slug / str(k)
+
+
+def _train(config: TrainConfig, folder: Path) -> None:
+    from hazbot_gym.study import training  # torch is not needed by those who only tune
+
+    training.train(config, folder, resume=True)
+
+
+def _tune(family: str, trials: int, episodes: int, path: Path) -> None:
+    from hazbot_gym.study import tuning
+
+    tuning.tune(tuning.Search(family, trials, episodes=episodes), path)
+
+
+def _policy_in(folder: Path) -> Path:
+    return next(path for path in sorted(folder.glob("policy.*")) if path.suffix != ".md")
+
+
+def _is_searched(path: Path) -> bool:
+    if not path.exists():
+        return False
+    record = _read(path)
+    return len(record["trials"]) >= int(record["planned"])
+
+
+def _read(path: Path) -> dict[str, Any]:
+    record: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return record

@@ -1,0 +1,172 @@
+"""A study that tunes and trains before it compares: small, killed, and resumed."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import shutil
+import signal
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.study import comparison, entrants, records, report
+from hazbot_gym.study.comparison import run_study
+from hazbot_gym.study.config import StudyConfig, load_study
+from hazbot_gym.study.files import write_text
+
+KILLS = 5
+TRAINING = {
+    "env": "hazbot_gym/Crossing-v0",
+    "worlds": 4,
+    "steps": 512,
+    "overrides": {"max_episode_steps": 20},
+    "options": {"n_steps": 16, "batch_size": 32, "n_epochs": 1},
+    "network": {"net_arch": [4]},
+    "validation": {"every_steps": 128, "episodes": 1},
+    "seed": 3,
+}
+STUDY = {
+    "policies": ["constant:1.0"],
+    "tuned": ["constant"],
+    "trials": 4,
+    "trial_episodes": 1,
+    "sets": ["Crossing", "E*"],
+    "episodes": 4,
+    "resamples": 200,
+}
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> StudyConfig:
+    folder = tmp_path_factory.mktemp("config")
+    training = folder / "tiny.yaml"
+    write_text(training, yaml.safe_dump(TRAINING))
+    learner = {"name": "tiny ppo", "config": str(training), "seeds": 2}
+    write_text(folder / "study.yaml", yaml.safe_dump({**STUDY, "learners": [learner]}))
+    return load_study(folder / "study.yaml")
+
+
+def run_here(study: StudyConfig, out: Path) -> None:
+    """Run a study in this very process, which is quicker than to start others."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(comparison, "_prepare", prepare_here)
+        run_study(study, out, workers=1)
+
+
+def prepare_here(waiting: list[entrants.Job], **_: Any) -> None:
+    for job in waiting:
+        job.run(*job.arguments)
+
+
+@pytest.fixture(scope="module")
+def finished(study: StudyConfig, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("study") / "out"
+    run_here(study, out)
+    return out
+
+
+def test_all_who_take_part_have_rows_and_learners_one_for_each_seed(
+    study: StudyConfig, finished: Path
+) -> None:
+    assert study.names == ("constant:1.0", "constant, tuned", "tiny ppo")
+    rows = pd.read_parquet(finished / records.EPISODES)
+    counts = rows.groupby(["policy", "training_seed"]).size()
+    assert counts.to_dict() == {
+        ("constant:1.0", 0): 8,
+        ("constant, tuned", 0): 8,
+        ("tiny ppo", 0): 8,
+        ("tiny ppo", 1): 8,
+    }
+    keys = rows.groupby(["scenario_set", "episode"])["scenario_key"].nunique()
+    assert (keys == 1).all()
+
+
+def test_summary_counts_training_seeds_as_luck(finished: Path) -> None:
+    summary = json.loads((finished / records.SUMMARY).read_text(encoding="utf-8"))
+    block = summary["sets"]["Crossing"]
+    assert block["tiny ppo"]["training_seeds"] == 2
+    assert block["tiny ppo"]["episodes"] == 8
+    assert block["constant:1.0"]["training_seeds"] == 1
+    difference = block["tiny ppo"]["difference"]["time_ratio"]
+    assert difference["low"] <= difference["mean"] <= difference["high"]
+    assert 0.0 < difference["p"] <= difference["p_holm"] <= 1.0
+    rows = pd.read_parquet(finished / records.EPISODES)
+    mine = rows[(rows["policy"] == "tiny ppo") & (rows["scenario_set"] == "Crossing")]
+    assert block["tiny ppo"]["metrics"]["return"]["mean"] == pytest.approx(mine["return"].mean())
+
+
+def test_manifest_names_files_from_the_folder_which_can_be_moved(
+    finished: Path, tmp_path: Path
+) -> None:
+    moved = tmp_path / "elsewhere"
+    shutil.copytree(finished, moved)
+    manifest = json.loads((moved / records.MANIFEST).read_text(encoding="utf-8"))
+    assert manifest["entrants"]["tiny ppo"] == [
+        f"learned:path=trained/tiny_ppo/{seed}/policy.npz" for seed in (0, 1)
+    ]
+    page = report.make_page(report.read(moved))
+    assert "tiny ppo" in page
+    assert "constant, tuned" in page
+
+
+def test_a_second_run_has_nothing_to_do_and_changes_nothing(
+    study: StudyConfig, finished: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = (finished / records.SUMMARY).read_bytes()
+    assert entrants.jobs(study, finished) == []
+    monkeypatch.setattr(comparison, "_run_here", lambda *_: pytest.fail("it was done already"))
+    run_here(study, finished)
+    assert (finished / records.SUMMARY).read_bytes() == before
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_a_study_killed_at_random_moments_ends_with_the_same_summary(
+    study: StudyConfig, finished: Path, tmp_path: Path
+) -> None:
+    began = time.perf_counter()
+    run_here(study, tmp_path / "again")
+    takes_s = time.perf_counter() - began
+    out, rng = tmp_path / "killed", np.random.default_rng(1)
+    context: Any = multiprocessing.get_context("fork")
+    kills, is_done = 0, False
+    while not is_done:
+        process = context.Process(target=run_here, args=(study, out))
+        process.start()
+        process.join(rng.uniform(0.0, 0.4 * takes_s) if kills < KILLS else None)
+        if process.is_alive():
+            os.kill(process.pid, signal.SIGKILL)
+            kills += 1
+        process.join()
+        is_done = process.exitcode == 0
+    assert kills == KILLS
+    assert (out / records.SUMMARY).read_bytes() == (finished / records.SUMMARY).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ({"tuned": ["telepathy"]}, "telepathy"),
+        ({"learners": [{"name": "a", "config": "missing.yaml"}]}, "missing.yaml"),
+        ({"reference": "nobody"}, "constant, tuned"),
+    ],
+)
+def test_what_cannot_take_part_is_refused_before_anything_is_written(
+    changes: dict[str, Any], named: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InvalidInput, match=named):
+        run_study(load_study(**{**STUDY, **changes}), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_names_must_differ(study: StudyConfig) -> None:
+    learner = {"name": "constant, tuned", "config": str(study.learners[0].config)}
+    with pytest.raises(InvalidInput, match="twice"):
+        load_study(**{**STUDY, "learners": [learner]})
