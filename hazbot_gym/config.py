@@ -231,6 +231,22 @@ _CIRCLE = {
     },
 }
 
+# Somebody comes the other way beside the circle; where is not printed, so it is our choice.
+_HUMAN_ON_THE_WAY = {
+    "max_episode_steps": 800,
+    "people": {
+        "model": "scripted",
+        "count": [1, 1],
+        "walkers": [{"x_m": 4.7, "y_m": 9.8, "vx_mps": 0.0, "vy_mps": -0.5}],
+    },
+    "drive": {
+        "acceleration_mps2": 0.5,
+        "deceleration_mps2": 1.0,
+        "wheel_noise_radps": 0.01,
+        "heading_noise_rad": 0.002,
+    },
+}
+
 _AS_BUILT = {  # the drive in earnest, and a robot that starts when people do
     "drive": {"wheel_loop": "fuzzy_pid", "plant": "B", "start_speed_mps": 0.0},
     "sensors": {
@@ -251,6 +267,7 @@ SCENARIOS: dict[str, dict[str, Any]] = {
     "E-experiment": _merge(_E_FAR, _AS_BUILT),
     "C-experiment": _merge(_C_STAR, _AS_BUILT),
     "circle": _CIRCLE,  # nobody there
+    "circle+human": _merge(_CIRCLE, _HUMAN_ON_THE_WAY),  # the paper's Figure 19
 }
 
 

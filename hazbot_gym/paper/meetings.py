@@ -49,6 +49,7 @@ class Meeting(NamedTuple):
     distance_m: Floats  # between centres
     command_mps: Floats  # given at that time
     speed_mps: Floats
+    position_error_m: Floats  # hypot(x_e, y_e)
     is_touching: bool  # at the end
 
 
@@ -58,11 +59,12 @@ def meet(
     *,
     seeds: Sequence[int] = (0,),
     overrides: Mapping[str, Any] | None = None,
+    steps: int = STEPS,
 ) -> list[Meeting]:
     """Let a policy drive through a named scenario, once for each noise seed."""
-    config = make_config(overrides, scenario=scenario, max_episode_steps=STEPS)
+    config = make_config(overrides, scenario=scenario, max_episode_steps=steps)
     driver = make(policy) if isinstance(policy, str) else policy
-    episodes = run_episodes(config, driver, list(seeds), limit=STEPS, threads=1)
+    episodes = run_episodes(config, driver, list(seeds), limit=steps, threads=1)
     return [_meeting(episode) for episode, _ in episodes]
 
 
@@ -79,6 +81,7 @@ def _meeting(episode: Episode) -> Meeting:
         distance_m=np.hypot(human_x - x, human_y - y),
         command_mps=episode.command_mps[1:],
         speed_mps=episode.speed_mps[:-1],
+        position_error_m=np.hypot(episode.pose_error[:-1, 0], episode.pose_error[:-1, 1]),
         is_touching=episode.outcome == "contact_person",
     )
 

@@ -104,21 +104,3 @@ def _from_above(axis: Any, run: Meeting, found: Events) -> None:
     high = max(1.6, float(run.human_y[0]) + 0.4)
     axis.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", xlim=(-1.0, 8.5), ylim=(-1.1, high))
     legend(axis, loc="upper right")
-
-
-def delays(rows: Any, scenarios: Sequence[str], extra_s: float) -> str:
-    """Draw how long the robot moves within 1.5 m over the delay of its commands.
-
-    Args:
-        rows: By scenario: delays [s], and seconds of moving within 1.5 m.
-        scenarios: Their names.
-        extra_s: What counts as affected.
-    """
-    figure, axes = new(2.6, 1, len(scenarios), sharey=True, squeeze=False)
-    for axis, scenario in zip(axes[0], scenarios, strict=True):
-        delay_s, inside_s = rows[scenario]
-        axis.plot(delay_s, inside_s, "o-", color=BLUE, markersize=3.5)
-        axis.axhline(inside_s[0] + extra_s, color=INK, linewidth=0.9, linestyle=(0, (4, 3)))
-        axis.set(title=scenario, xlabel="delay of the command [s]")
-    axes[0, 0].set_ylabel("moves within 1.5 m for [s]")
-    return svg(figure)
