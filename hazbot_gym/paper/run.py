@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import importlib
 import json
+import math
 import multiprocessing
 import os
-from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
@@ -21,7 +21,7 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.paper import page
 from hazbot_gym.paper.chapter import Chapter
 from hazbot_gym.paper.lines import lines
-from hazbot_gym.paper.numbers import entries
+from hazbot_gym.paper.numbers import NEAR, NOT, REPRODUCED, entries
 from hazbot_gym.study import files, provenance
 
 RECORD, PAGE, FIGURES = "paper.json", "paper.html", "figures"
@@ -120,8 +120,22 @@ def record_of(chapters: list[Chapter], identity: str, *, quick: bool) -> Record:
         "form": "quick" if quick else "full",
         "commit": provenance.commit(),
         "versions": provenance.versions(),
-        "verdicts": dict(Counter(entry["verdict"].partition(":")[0] for entry in numbers)),
+        "verdicts": {
+            word: sum(entry["verdict"].startswith(word) for entry in numbers)
+            for word in (REPRODUCED, NEAR, NOT)
+        },
         "numbers": numbers,
         "lines": [line.model_dump() for line in lines()],
-        "chapters": {chapter.number: chapter.record for chapter in chapters},
+        "chapters": {chapter.number: _plain(chapter.record) for chapter in chapters},
     }
+
+
+def _plain(value: Any) -> Any:
+    """Return values for JSON: what never happened (NaN), or is beyond measure, becomes null."""
+    if isinstance(value, dict):
+        return {str(name): _plain(inner) for name, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in value]
+    if isinstance(value, float):
+        return float(f"{value:.9g}") if math.isfinite(value) else None
+    return value
