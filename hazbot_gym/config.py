@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from hazbot_gym.core.fuzzy_pid import FuzzyPid
 from hazbot_gym.core.kinematics import Chassis
+from hazbot_gym.core.line_sensor import LineSensor
 from hazbot_gym.core.pid import PidGains, Plant
 from hazbot_gym.core.social_force import (
     ATTENTIVE,
@@ -76,7 +77,10 @@ class Drive(Section):
     start_speed_mps: Annotated[float, Ge(0)] = 0.0  # of robot and reference at reset
     acceleration_mps2: Annotated[float, Gt(0)] = 0.5  # slew limit of the command
     deceleration_mps2: Annotated[float, Gt(0)] = 1.0
-    reflex_stop_m: Annotated[float, Ge(0)] = 0.0  # front ultrasonic reading that stops, 0 = off
+    # Decisions until the drive obeys a command: the way from the PC to the robot (section 4).
+    latency_steps: Annotated[int, Ge(0), Le(50)] = 0
+    # Front ultrasonic reading that stops, 0 = off; on the robot itself (section 4), so at once.
+    reflex_stop_m: Annotated[float, Ge(0)] = 0.0
     wheel_loop: Literal["fuzzy_pid", "pid", "ideal"] = "fuzzy_pid"  # ideal: as commanded, at once
     plant: Literal["A", "B", "A0", "C"] | Plant = "A"  # motors (SPEC section 5), by name or in full
     tables: Literal["textbook", "symmetric"] = "textbook"  # rules of the fuzzy-PID
@@ -86,6 +90,7 @@ class Drive(Section):
     fuzzy: FuzzyPid = FuzzyPid()
     wheel_noise_radps: Annotated[float, Ge(0)] = 0.01  # half width, uniform (SPEC section 6)
     heading_noise_rad: Annotated[float, Ge(0)] = 0.002  # half width, uniform (SPEC section 6)
+    line_sensor: LineSensor = LineSensor()  # off: the tracking law knows the cross-track error
 
     @model_validator(mode="after")
     def _start_is_not_faster_than_nominal(self) -> Drive:
@@ -203,12 +208,30 @@ def _paper_scenario(x_m: float, y_m: float, vx_mps: float, vy_mps: float) -> dic
     }
 
 
+def _circle_and_human() -> dict[str, Any]:
+    """Return the paper's combination (Fig. 19): somebody comes towards a robot on its circle.
+
+    The paper tells neither where the person walks nor when. Our choice: along a line 1.2 m outside
+    the circle, so as to be met after half a lap, when the error of the start has been made good.
+    Drive and sensors are as in earnest: plant B, and the noise of Table 2, in which a person's
+    velocity has none.
+    """
+    walker = {"x_m": -11.0, "y_m": 2.0 * 3.431 + 1.2, "vx_mps": 0.5, "vy_mps": 0.0}
+    return {
+        "place": "circle",
+        "people": {"model": "scripted", "walkers": [walker]},
+        "drive": {"plant": "B"},
+        "sensors": {"tracker": {"velocity_noise_mps": 0.0}},
+    }
+
+
 _C_STAR_RAD = math.radians(-66.9)
 SCENARIOS: dict[str, dict[str, Any]] = {
     "E*": _paper_scenario(4.479, 0.800, -0.5, 0.0),  # encountering, the simulation
     "E5.5": _paper_scenario(5.442, 0.800, -0.5, 0.0),  # encountering, the experiment's distance
     "C*": _paper_scenario(2.750, 4.763, 0.5 * math.cos(_C_STAR_RAD), 0.5 * math.sin(_C_STAR_RAD)),
     "C90": _paper_scenario(3.889, 3.889, 0.0, -0.5),  # crossing at a right angle
+    "circle+human": _circle_and_human(),  # encountering on the circle
 }
 
 

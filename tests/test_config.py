@@ -140,8 +140,10 @@ def test_config_survives_being_written_down(scenario: str | None) -> None:
     assert make_config(config) == config
 
 
-@pytest.mark.parametrize("scenario", SCENARIOS)
-def test_named_scenarios_are_the_papers_one_walker_at_the_robots_speed(scenario: str) -> None:
+@pytest.mark.parametrize("scenario", ["E*", "E5.5", "C*", "C90"])
+def test_scenarios_of_section_5_1_are_the_papers_one_walker_at_the_robots_speed(
+    scenario: str,
+) -> None:
     config = make_config(scenario=scenario)
     (walker,) = config.people.walkers
 

@@ -21,7 +21,7 @@ from hazbot_gym.sim.batch import (
     start_people,
     step_group,
 )
-from hazbot_gym.sim.drive import place_robot
+from hazbot_gym.sim.drive import place_robot, take_command
 from hazbot_gym.sim.perception import remember, sense_ranges, track_people
 from hazbot_gym.sim.walkers import Bench
 from hazbot_gym.task.observation import encode
@@ -119,18 +119,22 @@ def _reset_world(
     place_robot(
         worlds.robots[i], worlds.wheels[i], path, problem.start_speed_mps, m.drive[0], m.gains
     )
+    for k in range(worlds.asked.shape[1]):
+        worlds.asked[i, k] = problem.start_speed_mps
     start_people(worlds, i, _surroundings(problem), m, bench)
     _look(i, worlds, problem, outputs.observations)
 
 
 @scalar
-def _decide(lane: int, group: Record, command_mps: float, worlds: Worlds, outputs: Outputs) -> None:
-    """Give a decision to the robot in a lane, and note how things stood before it."""
-    i = group.world[lane]
+def _decide(
+    i: int, command_mps: float, reflex_stop_m: float, worlds: Worlds, outputs: Outputs
+) -> None:
+    """Give the robot of world i a command, and note how things stood before it."""
     robot, decision = worlds.robots[i], outputs.decisions[i]
-    decision.advance = robot.s
-    decision.command_change = command_mps - robot.command
-    robot.command = command_mps
+    decision.advance, before_mps = robot.s, robot.command
+    is_stopped = min(worlds.ranges[i, 0], worlds.ranges[i, 1]) < reflex_stop_m
+    take_command(robot, worlds.asked[i], worlds.steps[i], command_mps, is_stopped)
+    decision.command_change = robot.command - before_mps
 
 
 @scalar
@@ -155,13 +159,6 @@ def _judge(
     _look(i, worlds, problem, outputs.observations)
     outputs.steps[i] = steps
     episodes.is_over[i] = decision.outcome != RUNNING
-
-
-@scalar
-def _reflex(i: int, command_mps: float, worlds: Worlds, reflex_stop_m: float) -> float:
-    """Return the command, or a stop if something is near in front."""
-    nearest = min(worlds.ranges[i, 0], worlds.ranges[i, 1])
-    return 0.0 if nearest < reflex_stop_m else command_mps
 
 
 # --- all worlds ----------------------------------------------------------------------------------
@@ -195,8 +192,7 @@ def run_worlds(
             episodes.was_over[i] = episodes.is_over[i]
             if mask[i] and not episodes.is_over[i]:
                 lanes.world[count] = i
-                command = _reflex(i, commands[i], worlds, reflex_stop_m)
-                _decide(count, lanes, command, worlds, outputs)
+                _decide(i, commands[i], reflex_stop_m, worlds, outputs)
                 count += 1
             i += 1
         step_group(lanes, count, worlds, _surroundings(problem), problem.mechanics, bench)

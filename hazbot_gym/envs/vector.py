@@ -138,7 +138,12 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             nominal_speed_mps=config.drive.nominal_speed_mps,
             decision_s=config.clock.decision_s,
         )
-        self._worlds = allocate(n, source.people, tracker_of(config).latency_steps)
+        self._worlds = allocate(
+            n,
+            source.people,
+            tracker_latency=tracker_of(config).latency_steps,
+            command_latency=config.drive.latency_steps,
+        )
         self._blocks = _blocks(n, self._thread_count)
         room = LANES * source.people
         self._benches = [(records(GROUP, 1), make_bench(room)) for _ in self._blocks]

@@ -16,6 +16,7 @@ from hazbot_gym.core.fuzzy_pid import FuzzyPid, fuzzy_pid_gains
 from hazbot_gym.core.geometry import STRAIGHT_PER_M, clip, path_length, path_pose, piece_at
 from hazbot_gym.core.jit import LANES, routine, scalar
 from hazbot_gym.core.kinematics import Chassis, Pose, Twist, arc_step, body_velocity, wheel_speeds
+from hazbot_gym.core.line_sensor import LineSensor, lamps_error
 from hazbot_gym.core.noise import WHEELS, uniform4
 from hazbot_gym.core.pid import (
     PidGains,
@@ -37,6 +38,7 @@ DRIVE_LANES = np.dtype(
         *((name, *_EACH) for name in ("x_0", "y_0", "s_0", "cos", "sin")),  # its line
         ("is_straight", "i8", (LANES,)),
         ("heading_noise", *_EACH),
+        ("y_shown", *_EACH),
         ("key", "u8", (LANES,)),
         ("step", "i8", (LANES,)),
         *((name, *_EACH_WHEEL) for name in ("wanted", "noise", "kp", "ki", "kd")),
@@ -63,6 +65,7 @@ class DriveParameters(NamedTuple):
     plant: Plant
     pid: PidGains
     fuzzy: FuzzyPid
+    line_sensor: LineSensor
 
 
 @scalar
@@ -80,6 +83,7 @@ def drive_values(p: Record) -> DriveParameters:
             p.fuzzy.error_scale, p.fuzzy.rate_scale,
             p.fuzzy.kp_span, p.fuzzy.ki_span, p.fuzzy.kd_span, p.fuzzy.sign,
         ),
+        LineSensor(p.line_sensor.pitch_m, p.line_sensor.line_m),
     )  # fmt: skip
 
 
@@ -101,7 +105,8 @@ def load_lane(
         step: Physics steps since the start of the episode.
     """
     lanes.key[i], lanes.step[i] = key, step
-    lanes.command[i], lanes.v_ref[i], lanes.s[i] = robot.command, robot.v_ref, robot.s
+    lanes.command[i], lanes.v_ref[i], lanes.s[i] = robot.obeyed, robot.v_ref, robot.s
+    lanes.y_shown[i] = robot.y_shown
     lanes.x[i], lanes.y[i], lanes.theta[i] = robot.x, robot.y, robot.theta
     for w in (RIGHT, LEFT):
         wheel = wheels[w]
@@ -116,7 +121,7 @@ def load_lane(
 @scalar
 def store_lane(lanes: Record, i: int, robot: Record, wheels: Records) -> None:
     """Write lane i back to its robot and wheels, which have made at least one step in it."""
-    robot.v_ref, robot.s = lanes.v_ref[i], lanes.s[i]
+    robot.v_ref, robot.s, robot.y_shown = lanes.v_ref[i], lanes.s[i], lanes.y_shown[i]
     robot.x, robot.y, robot.theta = lanes.x[i], lanes.y[i], lanes.theta[i]
     robot.v, robot.omega = lanes.v[i], lanes.omega[i]
     for w in (RIGHT, LEFT):
@@ -214,6 +219,9 @@ def _steer(lanes: Record, p: DriveParameters) -> None:
         v_ref = slew(lanes.v_ref[i], lanes.command[i], p)
         measured = Pose(lanes.x[i], lanes.y[i], lanes.theta[i] + lanes.heading_noise[i])
         error = pose_error(measured, Pose(lanes.x_r[i], lanes.y_r[i], lanes.theta_r[i]))
+        if p.line_sensor.pitch_m > 0.0:
+            lanes.y_shown[i] = lamps_error(error.y, lanes.y_shown[i], p.line_sensor)
+            error = Pose(error.x, lanes.y_shown[i], error.theta)
         velocity = tracking_law(error, Twist(v_ref, v_ref * lanes.curvature[i]), p.tracking)
         w1, w2 = wheel_speeds(velocity, p.chassis)
         lanes.v_ref[i], lanes.wanted[RIGHT, i], lanes.wanted[LEFT, i] = v_ref, w1, w2
@@ -256,7 +264,7 @@ def _roll(lanes: Record, p: DriveParameters) -> None:
 
 @routine
 def drive_step(lanes: Record, p: DriveParameters, gain_table: Floats) -> None:
-    """Advance all lanes by one physics step towards their commands; reference poses are set.
+    """Advance all lanes by one physics step towards what they obey; reference poses are set.
 
     Args:
         lanes: Record of type ``DRIVE_LANES``.

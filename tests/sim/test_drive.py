@@ -11,6 +11,7 @@ import pytest
 from hazbot_gym.config import Drive
 from hazbot_gym.core.fuzzy_pid import FuzzyPid, gain_table
 from hazbot_gym.core.geometry import circle_path, path_length, straight_path
+from hazbot_gym.core.line_sensor import LineSensor
 from hazbot_gym.core.pid import PLANTS
 from hazbot_gym.core.state import LEFT, RIGHT, ROBOT, WHEEL, Floats, Records, as_record, records
 from hazbot_gym.errors import InvalidInput
@@ -18,7 +19,9 @@ from hazbot_gym.sim.drive import (
     drive,
     drive_parameters,
     free_time_s,
+    give_command,
     start_drive,
+    take_command,
     update_pose_error,
 )
 from hazbot_gym.sim.lanes import (
@@ -153,7 +156,7 @@ def test_robot_that_is_told_to_stop_comes_to_rest() -> None:
 
     assert robot["s"] == pytest.approx(0.5**2 / 2.0, abs=0.01)
     assert abs(robot["v"]) < 0.005
-    assert robot["command"] == 0.0
+    assert robot["obeyed"] == 0.0
 
 
 def test_robot_at_rest_without_a_command_does_not_move() -> None:
@@ -197,7 +200,7 @@ def test_compiled_drive_is_that_of_plain_python(wheel_loop: str) -> None:
     rig = make_rig(CORNER, wheel_loop=wheel_loop, plant="B", **noise)
     plain = make_rig(CORNER, wheel_loop=wheel_loop, plant="B", **noise)
     robot, parameters = (x.view(np.recarray)[0] for x in (plain.robots, plain.parameters))
-    robot.command = 0.5
+    robot.obeyed = 0.5
     path, wheels = CORNER.view(np.recarray), plain.wheels.view(np.recarray)
     lanes = records(DRIVE_LANES, 1).view(np.recarray)[0]
     load_lane(lanes, 3, robot, wheels, np.uint64(7), 0)
@@ -272,3 +275,53 @@ def test_parameters_are_the_config_in_numbers() -> None:
     assert p.plant == PLANTS["B"]
     assert (p.wheel_loop, p.acceleration_mps2, p.dt_s) == (1, 0.3, DT_S)
     assert drive_parameters(Drive(plant=PLANTS["C"]), DT_S).plant == PLANTS["C"]
+
+
+# --- latency and the line sensor -----------------------------------------------------------------
+
+
+def obeyed(latency_steps: int, commands: list[float], stopped: tuple[int, ...] = ()) -> list[float]:
+    """Return what a drive that starts at 0.2 m/s obeys, decision by decision."""
+    robots, asked = records(ROBOT, 1), np.full(latency_steps + 1, 0.2)
+    return [
+        give_command(robots, asked, k, command, k in stopped) for k, command in enumerate(commands)
+    ]
+
+
+def test_drive_obeys_the_command_of_some_decisions_ago() -> None:
+    assert obeyed(0, [0.1, 0.5, 0.3]) == [0.1, 0.5, 0.3]
+    assert obeyed(1, [0.1, 0.5, 0.3]) == [0.2, 0.1, 0.5]
+    assert obeyed(3, [0.1, 0.5, 0.3, 0.0, 0.4]) == [0.2, 0.2, 0.2, 0.1, 0.5]
+
+
+def test_reflex_acts_at_once_and_commands_under_way_arrive_after_it() -> None:
+    assert obeyed(2, [0.1, 0.5, 0.3, 0.4, 0.4], stopped=(1, 2)) == [0.2, 0.0, 0.0, 0.5, 0.3]
+
+
+def test_command_of_the_record_is_the_one_that_the_policy_asked_for_last() -> None:
+    robots, asked = records(ROBOT, 1), np.full(4, 0.2)
+    robot = robots.view(np.recarray)[0]
+    take_command(robot, asked, 0, 0.5, False)
+    assert (robot.command, robot.obeyed) == (0.5, 0.2)
+    take_command(robot, asked, 1, 0.5, True)
+    assert (robot.command, robot.obeyed) == (0.0, 0.0)
+
+
+def test_robot_with_eight_lamps_stays_near_its_circle() -> None:
+    lamps = LineSensor(pitch_m=0.015)
+    exact, shown = (
+        drive_circle(make_rig(CIRCLE, plant="B", line_sensor=sensor, **AT_ONCE))
+        for sensor in (LineSensor(), lamps)
+    )
+
+    assert shown["max_position_m"] == pytest.approx(exact["max_position_m"], abs=lamps.pitch_m)
+    # The middle two lamps stay lit while the line is within 2.5 mm: there the robot stays.
+    assert shown["position_s"] > exact["position_s"]
+
+
+def test_robot_that_has_lost_its_line_still_follows_the_heading() -> None:
+    blind = LineSensor(pitch_m=0.001, line_m=0.0005)
+    robot = make_rig(CIRCLE, plant="B", line_sensor=blind, **AT_ONCE).drive(0.5, substeps=4000)
+
+    assert abs(robot["theta_e"]) < 0.05
+    assert abs(robot["y_e"]) > 0.005
