@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+from hazbot_gym.paper import docs_page
 from hazbot_gym.study import (
     bench_report,
     calibration_report,
@@ -40,6 +41,7 @@ PAGES = (
     Page("people", calibration_report.page, RECORDS / "calibration.json"),
     Page("training", training_report.page, RECORDS / "training.json"),
     Page("policies", policies_report.page, RECORDS / "policies.json"),
+    Page("paper", docs_page.page, RECORDS / "paper.json"),
 )
 
 if __name__ == "__main__":

@@ -270,6 +270,65 @@ def headroom(
 
 
 @app.command()
+def paper(
+    out: Annotated[Path | None, typer.Option(help="Folder of the results. [results/paper]")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer seeds, smaller sweeps.")] = False,
+    workers: Annotated[
+        int | None, typer.Option(help="Cores to use; all if not given.", min=1)
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace older results.")] = False,
+) -> None:
+    """Run every experiment of the published paper again, and say what is reproduced."""
+    from hazbot_gym.paper import run, tables
+    from hazbot_gym.study.comparison import progress_bar
+
+    folder = out or Path("results", "paper")
+    with progress_bar(Console(stderr=True)) as progress:
+        task = progress.add_task("sections", total=len(run.CHAPTERS))
+        record = run.reproduce(
+            folder,
+            quick=quick,
+            workers=workers,
+            is_replacing=force,
+            on_progress=lambda: progress.advance(task),
+        )
+    console = _console()
+    console.print(tables.verdict_table(record))
+    console.print(tables.summary_line(record))
+    console.print(f"Page: {folder / run.PAGE}", soft_wrap=True)
+
+
+@app.command()
+def tune(
+    policy: Annotated[str, typer.Option(help="A family of rules, e.g. ttc.")],
+    trials: Annotated[int, typer.Option(help="Of the search.", min=1)] = 50,
+    seed: Annotated[int, typer.Option(help="Of the search.", min=0)] = 0,
+    out: Annotated[
+        Path | None, typer.Option(help="File of the record. [results/tune/POLICY.json]")
+    ] = None,
+) -> None:
+    """Tune a family of rules on validation scenarios. Resumable."""
+    import os
+
+    from hazbot_gym.study import tuning
+    from hazbot_gym.study.comparison import progress_bar
+
+    path = out or Path("results", "tune", f"{policy}.json")
+    with progress_bar(Console(stderr=True)) as progress:
+        task = progress.add_task("trials", total=trials)
+        record = tuning.tune(
+            tuning.Search(policy, trials, seed),
+            path,
+            threads=os.cpu_count() or 1,
+            on_progress=lambda: progress.advance(task),
+        )
+    best = record["best"]
+    _console().print(f"{best['policy']}: validation return {best['return']:.2f}", soft_wrap=True)
+    for name in record["at_a_bound"]:
+        _console().print(f"{name} is at an end of what may be tuned", soft_wrap=True)
+
+
+@app.command()
 def bench(
     quick: Annotated[bool, typer.Option("--quick", help="A rough number in seconds.")] = False,
     json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,

@@ -77,10 +77,9 @@ class Drive(Section):
     start_speed_mps: Annotated[float, Ge(0)] = 0.0  # of robot and reference at reset
     acceleration_mps2: Annotated[float, Gt(0)] = 0.5  # slew limit of the command
     deceleration_mps2: Annotated[float, Gt(0)] = 1.0
-    # Decisions until the drive obeys a command: the way from the PC to the robot (section 4).
-    latency_steps: Annotated[int, Ge(0), Le(50)] = 0
-    # Front ultrasonic reading that stops, 0 = off; on the robot itself (section 4), so at once.
-    reflex_stop_m: Annotated[float, Ge(0)] = 0.0
+    latency_steps: Annotated[int, Ge(0), Le(50)] = 0  # decisions until a command is obeyed
+    reflex_stop_m: Annotated[float, Ge(0)] = 0.0  # front ultrasonic reading that stops, 0 = off
+    line_sensor: LineSensor = LineSensor()  # lamps that see the path; pitch 0: error known exactly
     wheel_loop: Literal["fuzzy_pid", "pid", "ideal"] = "fuzzy_pid"  # ideal: as commanded, at once
     plant: Literal["A", "B", "A0", "C"] | Plant = "A"  # motors (SPEC section 5), by name or in full
     tables: Literal["textbook", "symmetric"] = "textbook"  # rules of the fuzzy-PID
@@ -90,7 +89,6 @@ class Drive(Section):
     fuzzy: FuzzyPid = FuzzyPid()
     wheel_noise_radps: Annotated[float, Ge(0)] = 0.01  # half width, uniform (SPEC section 6)
     heading_noise_rad: Annotated[float, Ge(0)] = 0.002  # half width, uniform (SPEC section 6)
-    line_sensor: LineSensor = LineSensor()  # off: the tracking law knows the cross-track error
 
     @model_validator(mode="after")
     def _start_is_not_faster_than_nominal(self) -> Drive:
@@ -194,6 +192,17 @@ class Config(Section):
     reward: RewardWeights = RewardWeights()
 
 
+def _merge(base: Mapping[str, Any], deltas: Mapping[str, Any]) -> dict[str, Any]:
+    """Return ``base`` with ``deltas`` laid over it, section by section."""
+    merged = dict(base)
+    for key, value in deltas.items():
+        below = merged.get(key)
+        if isinstance(below, Mapping) and isinstance(value, Mapping):
+            value = _merge(below, value)
+        merged[key] = value
+    return merged
+
+
 def _paper_scenario(x_m: float, y_m: float, vx_mps: float, vy_mps: float) -> dict[str, Any]:
     """Return a geometry of SPEC section 4: one scripted walker, an ideal drive already at speed."""
     walker = {"x_m": x_m, "y_m": y_m, "vx_mps": vx_mps, "vy_mps": vy_mps}
@@ -208,30 +217,57 @@ def _paper_scenario(x_m: float, y_m: float, vx_mps: float, vy_mps: float) -> dic
     }
 
 
-def _circle_and_human() -> dict[str, Any]:
-    """Return the paper's combination (Fig. 19): somebody comes towards a robot on its circle.
+# The paper's circle (Table 3): at rest at its lowest point, the reference at full speed at once
+# (SPEC section 5). Plant B is the one that gives the fuzzy-PID's published figures.
+_CIRCLE = {
+    "place": "circle",
+    "people": {"count": [0, 0]},
+    "drive": {
+        "plant": "B",
+        "acceleration_mps2": 1e9,
+        "deceleration_mps2": 1e9,
+        "wheel_noise_radps": 0.0,
+        "heading_noise_rad": 0.0,
+    },
+}
 
-    The paper tells neither where the person walks nor when. Our choice: along a line 1.2 m outside
-    the circle, so as to be met after half a lap, when the error of the start has been made good.
-    Drive and sensors are as in earnest: plant B, and the noise of Table 2, in which a person's
-    velocity has none.
-    """
-    walker = {"x_m": -11.0, "y_m": 2.0 * 3.431 + 1.2, "vx_mps": 0.5, "vy_mps": 0.0}
-    return {
-        "place": "circle",
-        "people": {"model": "scripted", "walkers": [walker]},
-        "drive": {"plant": "B"},
-        "sensors": {"tracker": {"velocity_noise_mps": 0.0}},
-    }
+# Somebody comes the other way beside the circle; where is not printed, so it is our choice.
+_HUMAN_ON_THE_WAY = {
+    "max_episode_steps": 800,
+    "people": {
+        "model": "scripted",
+        "count": [1, 1],
+        "walkers": [{"x_m": 4.7, "y_m": 9.8, "vx_mps": 0.0, "vy_mps": -0.5}],
+    },
+    "drive": {
+        "acceleration_mps2": 0.5,
+        "deceleration_mps2": 1.0,
+        "wheel_noise_radps": 0.01,
+        "heading_noise_rad": 0.002,
+    },
+}
 
+_AS_BUILT = {  # the drive in earnest, and a robot that starts when people do
+    "drive": {"wheel_loop": "fuzzy_pid", "plant": "B", "start_speed_mps": 0.0},
+    "sensors": {
+        "ultrasonic": {"noise_m": 0.03},
+        "tracker": {"position_noise_m": 0.03, "velocity_noise_mps": 0.05},
+    },
+}
 
 _C_STAR_RAD = math.radians(-66.9)
+_E_STAR = _paper_scenario(4.479, 0.800, -0.5, 0.0)
+_E_FAR = _paper_scenario(5.442, 0.800, -0.5, 0.0)
+_C_STAR = _paper_scenario(2.750, 4.763, 0.5 * math.cos(_C_STAR_RAD), 0.5 * math.sin(_C_STAR_RAD))
 SCENARIOS: dict[str, dict[str, Any]] = {
-    "E*": _paper_scenario(4.479, 0.800, -0.5, 0.0),  # encountering, the simulation
-    "E5.5": _paper_scenario(5.442, 0.800, -0.5, 0.0),  # encountering, the experiment's distance
-    "C*": _paper_scenario(2.750, 4.763, 0.5 * math.cos(_C_STAR_RAD), 0.5 * math.sin(_C_STAR_RAD)),
+    "E*": _E_STAR,  # encountering, the simulation
+    "E5.5": _E_FAR,  # encountering, the experiment's distance
+    "C*": _C_STAR,  # crossing
     "C90": _paper_scenario(3.889, 3.889, 0.0, -0.5),  # crossing at a right angle
-    "circle+human": _circle_and_human(),  # encountering on the circle
+    "E-experiment": _merge(_E_FAR, _AS_BUILT),
+    "C-experiment": _merge(_C_STAR, _AS_BUILT),
+    "circle": _CIRCLE,  # nobody there
+    "circle+human": _merge(_CIRCLE, _HUMAN_ON_THE_WAY),  # the paper's Figure 19
 }
 
 
@@ -325,14 +361,3 @@ def _as_mappings(value: Any) -> Any:
     if isinstance(value, Section):
         return {name: _as_mappings(getattr(value, name)) for name in type(value).model_fields}
     return value._asdict() if hasattr(value, "_asdict") else value
-
-
-def _merge(base: Mapping[str, Any], deltas: Mapping[str, Any]) -> dict[str, Any]:
-    """Return ``base`` with ``deltas`` laid over it, section by section."""
-    merged = dict(base)
-    for key, value in deltas.items():
-        below = merged.get(key)
-        if isinstance(below, Mapping) and isinstance(value, Mapping):
-            value = _merge(below, value)
-        merged[key] = value
-    return merged

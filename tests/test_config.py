@@ -140,16 +140,26 @@ def test_config_survives_being_written_down(scenario: str | None) -> None:
     assert make_config(config) == config
 
 
-@pytest.mark.parametrize("scenario", ["E*", "E5.5", "C*", "C90"])
-def test_scenarios_of_section_5_1_are_the_papers_one_walker_at_the_robots_speed(
-    scenario: str,
-) -> None:
+@pytest.mark.parametrize("scenario", ["E*", "E5.5", "C*", "C90", "E-experiment", "C-experiment"])
+def test_meetings_of_the_paper_are_with_one_walker_at_the_robots_speed(scenario: str) -> None:
     config = make_config(scenario=scenario)
     (walker,) = config.people.walkers
 
     assert math.hypot(walker.vx_mps, walker.vy_mps) == pytest.approx(0.5)
-    assert config.drive.start_speed_mps == config.drive.nominal_speed_mps == 0.5
+    assert config.drive.nominal_speed_mps == 0.5
+
+
+@pytest.mark.parametrize("scenario", ["E*", "E5.5", "C*", "C90"])
+def test_simulations_of_the_paper_are_without_noise_and_begin_at_full_speed(scenario: str) -> None:
+    config = make_config(scenario=scenario)
+
+    assert config.drive.start_speed_mps == config.drive.nominal_speed_mps
     assert config.sensors.tracker.position_noise_m == 0.0
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS)
+def test_every_named_scenario_makes_a_config(scenario: str) -> None:
+    assert make_config(scenario=scenario) != make_config()
 
 
 def test_file_of_deltas_is_read(tmp_path: Path) -> None:

@@ -44,7 +44,7 @@ HOMES = {
     "pygame": ("envs.canvas", "envs.window"),
     "imageio_ffmpeg": ("study.films",),
     "PIL": ("study.films",),
-    "skfuzzy": ("policies.fuzzy_expert",),
+    "skfuzzy": ("policies.fuzzy_system",),
     "torch": TRAINING,
     "stable_baselines3": ("envs.sb3", *TRAINING, "policies.from_sb3"),
     "sb3_contrib": ("study.training", "policies.from_sb3"),
@@ -54,6 +54,7 @@ HOMES = {
     "plotly": ("study.report_figures",),
     "jinja2": ("study.report", "paper.page"),
     "numba": ("core",),
+    "optuna": ("study.tuning",),
     "typer": ("cli",),
 }
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from hazbot_gym.paper.tables import shown as as_printed
 from hazbot_gym.study.headroom_report import percent
 from hazbot_gym.study.plain_tables import shown
 
@@ -29,7 +30,7 @@ def load_pages() -> tuple[Any, ...]:
 
 
 PAGES = load_pages()
-KNOWN = {"1995", "95"}  # the year of a reference, percents: of arrivals aimed for, of intervals
+KNOWN = {"1995", "2022", "95"}  # years of references, percents: of arrivals aimed for, of intervals
 
 
 def leaves(value: Any) -> Iterator[Any]:
@@ -54,6 +55,8 @@ def numbers_of(record: dict[str, Any], *, in_percent: bool = False) -> set[str]:
     found: set[str] = set()
     for leaf in leaves(record):
         found |= numbers(str(leaf) if isinstance(leaf, str | int) else shown(leaf))
+        if isinstance(leaf, int | float):
+            found |= numbers(as_printed(leaf))
         if in_percent and isinstance(leaf, float):
             found |= numbers(percent(leaf))
     return found

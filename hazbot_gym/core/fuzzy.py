@@ -1,8 +1,8 @@
 """Fuzzy inference: membership functions and the speed controller (paper section 3.2.3, eq 9).
 
 Terms and rules are arguments, as arrays; the paper's are stated in ``policies/fuzzy_expert.py``.
-The controller weighs singletons over rules as eq 9 prints it; a centroid could not reach standstill
-(SPEC A8). The fuzzy-PID wheel loop has its own file, ``core/fuzzy_pid.py``.
+The controller weighs singletons over rules as eq 9 prints it; Mamdani's centroid, for comparison,
+cannot reach standstill (SPEC A8). The fuzzy-PID wheel loop has its own file, ``core/fuzzy_pid.py``.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from hazbot_gym.core.jit import kernel, scalar
 from hazbot_gym.core.state import Floats
 
 NO_RULE_WEIGHT = 1e-12  # sum of rule weights below which no rule counts as fired (SPEC 3.4)
+CENTROID_POINTS = 101  # at which the output sets are evaluated (SPEC 3.1)
 
 
 @scalar
@@ -49,6 +50,8 @@ class SpeedRules(NamedTuple):
         is_product: Whether rules join their premises by product instead of minimum.
         sensitive_m: R_s, distance up to which the robot stands whatever the rules say [m].
         avoidance_m: R_max, distance beyond which people are ignored [m].
+        kept_width: Width of Gaussian output sets around the kept fractions, whose centroid is taken
+            then; 0 = singletons and eq 9.
     """
 
     distance: Floats
@@ -58,6 +61,7 @@ class SpeedRules(NamedTuple):
     is_product: bool
     sensitive_m: float
     avoidance_m: float
+    kept_width: float = 0.0
 
 
 @scalar
@@ -74,6 +78,24 @@ def pattern_membership(pattern: int, code: int, width: float) -> float:
 def rule_weight(m1: float, m2: float, m3: float, is_product: bool) -> float:
     """Return the weight w_j of a rule: the minimum or the product of its premises' memberships."""
     return m1 * m2 * m3 if is_product else min(m1, m2, m3)
+
+
+@scalar
+def _weight(
+    j: int, distance_m: float, speed_mps: float, pattern: int, controller: SpeedRules
+) -> float:
+    """Return the weight w_j of rule j beside one person; arguments as of ``kept_fraction``."""
+    near, fast, rules = controller.distance, controller.speed, controller.rules
+    m3 = pattern_membership(pattern, int(rules[j, 2]), controller.pattern_width)
+    if m3 == 0.0:  # the rule does not fire, by minimum or by product
+        return 0.0
+    r, v = int(rules[j, 0]), int(rules[j, 1])
+    return rule_weight(
+        two_sided_gauss(distance_m, near[r, 0], near[r, 1], near[r, 2]),
+        two_sided_gauss(speed_mps, fast[v, 0], fast[v, 1], fast[v, 2]),
+        m3,
+        controller.is_product,
+    )
 
 
 @scalar
@@ -94,22 +116,33 @@ def kept_fraction(
         return 0.0
     if distance_m > controller.avoidance_m:
         return 1.0
-    near, fast = controller.distance, controller.speed
+    if controller.kept_width > 0.0:
+        return _centroid(distance_m, speed_mps, pattern, controller)
     sum_w, sum_kept = 0.0, 0.0
     for j in range(controller.rules.shape[0]):
-        m3 = pattern_membership(pattern, int(controller.rules[j, 2]), controller.pattern_width)
-        if m3 == 0.0:  # the rule does not fire, by minimum or by product
-            continue
-        r, v = int(controller.rules[j, 0]), int(controller.rules[j, 1])
-        w = rule_weight(
-            two_sided_gauss(distance_m, near[r, 0], near[r, 1], near[r, 2]),
-            two_sided_gauss(speed_mps, fast[v, 0], fast[v, 1], fast[v, 2]),
-            m3,
-            controller.is_product,
-        )
+        w = _weight(j, distance_m, speed_mps, pattern, controller)
         sum_w += w
         sum_kept += w * controller.rules[j, 3]
     return sum_kept / sum_w if sum_w >= NO_RULE_WEIGHT else 1.0
+
+
+@scalar
+def _centroid(distance_m: float, speed_mps: float, pattern: int, controller: SpeedRules) -> float:
+    """Return the centroid of the output sets: Mamdani's minimum and maximum, trapezoidal rule.
+
+    kept = int x mu(x) dx / int mu(x) dx,  mu(x) = max_j min(w_j, exp(-(x - kept_j)^2 / (2 s^2)))
+    """
+    area, moment = 0.0, 0.0
+    for i in range(CENTROID_POINTS):
+        x, mu = i / (CENTROID_POINTS - 1), 0.0
+        for j in range(controller.rules.shape[0]):
+            w = _weight(j, distance_m, speed_mps, pattern, controller)
+            mu = max(mu, min(w, gauss(x, controller.rules[j, 3], controller.kept_width)))
+        if i in (0, CENTROID_POINTS - 1):
+            mu *= 0.5
+        area += mu
+        moment += mu * x
+    return moment / area if area >= NO_RULE_WEIGHT else 1.0
 
 
 @kernel

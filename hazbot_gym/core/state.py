@@ -32,13 +32,13 @@ ROBOT = np.dtype(
         ("v", "f8"),  # actual linear velocity [m/s]
         ("omega", "f8"),  # actual yaw rate [rad/s]
         ("command", "f8"),  # speed the policy asked for last [m/s]
-        ("obeyed", "f8"),  # speed the drive obeys: the command of some decisions ago [m/s]
+        ("obeyed", "f8"),  # speed the drive is asked for now: the same, a latency later [m/s]
         ("v_ref", "f8"),  # that speed behind the slew limit: the reference point's [m/s]
         ("s", "f8"),  # reference point's arc length along the path [m]
         ("x_e", "f8"),  # pose error, actual minus reference, in the robot frame (eq 10) [m]
         ("y_e", "f8"),
         ("theta_e", "f8"),  # in (-pi, pi] [rad]
-        ("y_shown", "f8"),  # cross-track error that the line sensor showed last [m]
+        ("y_seen", "f8"),  # cross-track error as the lamps see it, where there are any [m]
     ],
     align=True,
 )

@@ -21,7 +21,7 @@ from hazbot_gym.sim.batch import (
     start_people,
     step_group,
 )
-from hazbot_gym.sim.drive import place_robot, take_command
+from hazbot_gym.sim.drive import obey, place_robot
 from hazbot_gym.sim.perception import remember, sense_ranges, track_people
 from hazbot_gym.sim.walkers import Bench
 from hazbot_gym.task.observation import encode
@@ -115,26 +115,33 @@ def _reset_world(
     worlds.places[i], worlds.keys[i], worlds.steps[i] = place_index, key, 0
     worlds.rows[i, 0], worlds.rows[i, 1] = recording_rows(problem.table, place_index, first_row)
     episodes.is_over[i] = False
+    for k in range(worlds.pending.shape[1]):
+        worlds.pending[i, k] = problem.start_speed_mps
     path = place_of(worlds, i, _surroundings(problem)).path
     place_robot(
         worlds.robots[i], worlds.wheels[i], path, problem.start_speed_mps, m.drive[0], m.gains
     )
-    for k in range(worlds.asked.shape[1]):
-        worlds.asked[i, k] = problem.start_speed_mps
     start_people(worlds, i, _surroundings(problem), m, bench)
     _look(i, worlds, problem, outputs.observations)
 
 
 @scalar
 def _decide(
-    i: int, command_mps: float, reflex_stop_m: float, worlds: Worlds, outputs: Outputs
+    lane: int, group: Record, command_mps: float, stops: bool, worlds: Worlds, outputs: Outputs
 ) -> None:
-    """Give the robot of world i a command, and note how things stood before it."""
+    """Give a decision to the robot in a lane, and note how things stood before it.
+
+    A stop by reflex is the drive's own and knows no latency.
+    """
+    i = group.world[lane]
     robot, decision = worlds.robots[i], outputs.decisions[i]
-    decision.advance, before_mps = robot.s, robot.command
-    is_stopped = min(worlds.ranges[i, 0], worlds.ranges[i, 1]) < reflex_stop_m
-    take_command(robot, worlds.asked[i], worlds.steps[i], command_mps, is_stopped)
-    decision.command_change = robot.command - before_mps
+    decision.advance = robot.s
+    command_mps = 0.0 if stops else command_mps
+    decision.command_change = command_mps - robot.command
+    robot.command = command_mps
+    obey(robot, worlds.pending[i], worlds.steps[i])
+    if stops:
+        robot.obeyed = 0.0
 
 
 @scalar
@@ -159,6 +166,12 @@ def _judge(
     _look(i, worlds, problem, outputs.observations)
     outputs.steps[i] = steps
     episodes.is_over[i] = decision.outcome != RUNNING
+
+
+@scalar
+def _reflex(i: int, worlds: Worlds, reflex_stop_m: float) -> bool:
+    """Tell whether something is so near in front that the robot stops by itself."""
+    return min(worlds.ranges[i, 0], worlds.ranges[i, 1]) < reflex_stop_m
 
 
 # --- all worlds ----------------------------------------------------------------------------------
@@ -192,7 +205,8 @@ def run_worlds(
             episodes.was_over[i] = episodes.is_over[i]
             if mask[i] and not episodes.is_over[i]:
                 lanes.world[count] = i
-                _decide(i, commands[i], reflex_stop_m, worlds, outputs)
+                stops = _reflex(i, worlds, reflex_stop_m)
+                _decide(count, lanes, commands[i], stops, worlds, outputs)
                 count += 1
             i += 1
         step_group(lanes, count, worlds, _surroundings(problem), problem.mechanics, bench)

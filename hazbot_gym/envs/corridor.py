@@ -66,8 +66,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
 
     ## Transition Dynamics
 
-    The command passes a delay, if ``drive.latency_steps`` says so, and a slew limit (+0.5, -1.0
-    m/s^2); a reference point moves along the path at
+    The command passes a slew limit (+0.5, -1.0 m/s^2); a reference point moves along the path at
     that speed; the tracking law (12c) and fuzzy-PID wheel loops at 100 Hz follow it on motors that
     do not match. People choose their velocity every 0.05 s by social forces. Contacts are pymunk's.
 
@@ -172,7 +171,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         """Drive for one decision period at the speed that the action asks for."""
         if self._is_over:
             raise InvalidInput("step: the episode is over, call reset first")
-        outcome = self._decide(self._command(action))
+        outcome = self._decide(self._command(action), stops=self._reflex())
         observation = self._observe()
         info = self._info(self._terms)
         if outcome != RUNNING:
@@ -216,12 +215,12 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
             raise InvalidInput(f"action: given {value}, allowed is -1 <= action <= 1")
         return nominal * 0.5 * (value + 1.0)
 
-    def _decide(self, command_mps: float) -> int:
+    def _decide(self, command_mps: float, *, stops: bool) -> int:
         """Drive for one decision period, write its record and terms, and return the outcome."""
         world, decision = self._world, self._decision
         robots = world.robots
         s_before, command_before = robots["s"][0], robots["command"][0]
-        world.step(command_mps, self._is_stopped())
+        world.step(command_mps, stops=stops)
         nominal = self.config.drive.nominal_speed_mps
         full_m = nominal * self.config.clock.decision_s
         decision["advance"] = (robots["s"][0] - s_before) / full_m
@@ -239,8 +238,8 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         )
         return int(decision["outcome"][0])
 
-    def _is_stopped(self) -> bool:
-        """Return whether something is so near in front that the reflex stops the robot."""
+    def _reflex(self) -> bool:
+        """Tell whether something is near in front and the reflex is on."""
         return bool(self._ranges[: FRONT_RIGHT + 1].min() < self.config.drive.reflex_stop_m)
 
     def _observe(self) -> npt.NDArray[np.float32]:

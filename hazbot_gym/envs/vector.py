@@ -142,7 +142,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             n,
             source.people,
             tracker_latency=tracker_of(config).latency_steps,
-            command_latency=config.drive.latency_steps,
+            drive_latency=config.drive.latency_steps,
         )
         self._blocks = _blocks(n, self._thread_count)
         room = LANES * source.people

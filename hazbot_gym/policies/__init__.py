@@ -4,8 +4,10 @@
 - ``constant``: one speed, whatever happens
 - ``stop_on_sight``, ``stop_when_near``: stop for what is ahead, or for whoever is near
 - ``sonar_estimate``: people from ultrasonic readings; ``people_rule``: rules that see them so
-- ``ssm``, ``ttc``, ``fuzzy_expert``: speed and separation monitoring, a time-to-collision governor,
-  and the paper's fuzzy strategy, the reference
+- ``ssm``, ``ttc``, ``social_force``: speed and separation monitoring, a time-to-collision governor,
+  and speed by the total social force
+- ``fuzzy_expert``: the paper's fuzzy strategy, the reference; ``fuzzy_readings``: the paper read
+  otherwise; ``fuzzy_system``: the same in scikit-fuzzy; ``person_columns``: what kernels read
 - ``learned``: trained ones, from files; ``actor`` computes them, ``actor_file`` keeps them
 - ``knobs``: the one knob of each family, and sweeps over it
 """

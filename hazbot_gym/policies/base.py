@@ -94,7 +94,15 @@ REGISTER = {
     ),
     "fuzzy_expert": Entry(
         "hazbot_gym.policies.fuzzy_expert:FuzzyExpert",
-        "the paper's fuzzy strategy; rules=, pattern=, t_norm=, release=, scale=",
+        "the paper's fuzzy strategy; rules=, pattern=, t_norm=, release=, scale=, horizon_s=",
+    ),
+    "fuzzy_reading": Entry(
+        "hazbot_gym.policies.fuzzy_readings:FuzzyReading",
+        "the paper's strategy with one thing read differently; reading=inverted|gaussian|...",
+    ),
+    "social_force": Entry(
+        "hazbot_gym.policies.social_force:SocialForceSpeed",
+        "speed by the total social force along the way; strength=, nominal_mps=",
     ),
     "ppo": Entry(
         "hazbot_gym.policies.learned:Ppo",
@@ -130,7 +138,7 @@ def make(spec: str) -> Policy:
     """
     name, _, rest = spec.partition(":")
     if name in REGISTER:
-        return _from_register(spec, REGISTER[name].factory, rest)
+        return _from_register(spec, name, rest)
     if not rest:
         raise InvalidInput(
             f"policy: {spec!r} is not known; allowed are {', '.join(REGISTER)} or module:attribute"
@@ -162,8 +170,13 @@ def _load(spec: str) -> Any:
     return getattr(module, attribute)
 
 
-def _from_register(spec: str, factory_name: str, options: str) -> Policy:
-    factory = _load(factory_name)
+def factory_of(name: str) -> Any:
+    """Return the dataclass behind a name of the register."""
+    return _load(REGISTER[name].factory)
+
+
+def _from_register(spec: str, name: str, options: str) -> Policy:
+    factory = factory_of(name)
     allowed = [field.name for field in dataclasses.fields(factory)]
     try:
         policy: Policy = factory(**_parse_options(spec, options, allowed))

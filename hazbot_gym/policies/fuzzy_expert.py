@@ -1,28 +1,28 @@
 """The paper's fuzzy strategy, the reference policy: who is how near, how fast, and walking how?
 
 Terms and rules (paper Table 1 and section 3.2.3, completed in SPEC section 3) are stated here once,
-as data. From them come the compiled controller that runs and the scikit-fuzzy control system for
-plots and tests. Near several people the slowest answer counts.
+as data. From them come the compiled controller that runs and the scikit-fuzzy control system of
+``fuzzy_system.py``. Near several people the slowest answer counts.
 """
 
 from __future__ import annotations
 
 import math
-from functools import cache, cached_property
-from typing import Annotated, Any, Literal, NamedTuple
+from functools import cached_property
+from typing import Annotated, Literal
 
 import numpy as np
-from annotated_types import Gt
+import numpy.typing as npt
+from annotated_types import Ge, Gt
 from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
 from hazbot_gym.core.fuzzy import SpeedRules, kept_fraction
 from hazbot_gym.core.jit import lean_kernel, scalar
 from hazbot_gym.core.state import CROSSING, NO_PATTERN, PATTERN_NAMES, Floats, Ints
-from hazbot_gym.errors import MissingExtra
 from hazbot_gym.policies.base import Observations
 from hazbot_gym.policies.people_rule import PeopleRule
-from hazbot_gym.task.observation import PERSON_SLOTS, layout_of
+from hazbot_gym.policies.person_columns import Columns, columns_of
 
 # --- terms and rules -----------------------------------------------------------------------------
 
@@ -51,6 +51,7 @@ SPEED_TERMS = {
 PATTERN_TERMS = ("BS", "BE", "BL", "BF")  # crossing, encountering, leading, confronting
 PATTERN_WIDTH = 1.0 / HALF_WIDTH  # of the optional Gaussian patterns, in codes
 KEPT_TERMS = {"VD": 0.00, "VZ": 0.25, "VI": 0.50, "VR": 0.75, "VT": 1.00}  # share of v_nom (A5)
+KEPT_WIDTH = 0.25 / HALF_WIDTH  # of their Gaussian sets, for the centroid alone (SPEC 3.1)
 
 # The eight printed rules: distance, speed, pattern, kept speed.
 LITERAL_8 = """
@@ -105,22 +106,6 @@ PERSON_FIELDS = (
 )
 
 
-class Columns(NamedTuple):
-    """Where an observation holds what the strategy reads of each person."""
-
-    index: Ints  # (K, fields)
-    units: Floats  # (K, fields) factors to physical units
-
-
-@cache
-def _columns(width: int) -> Columns:
-    layout = layout_of(np.empty(width))
-    slots = range(PERSON_SLOTS)
-    index = [[layout.names.index(f"person{i}_{name}") for name in PERSON_FIELDS] for i in slots]
-    units = [[layout.fields[column].scale for column in row] for row in index]
-    return Columns(np.array(index), np.array(units))
-
-
 @dataclass(frozen=True, config=ConfigDict(extra="forbid"))
 class FuzzyExpert(PeopleRule):
     """The paper's strategy, on tracked people or on those of ``sonar_estimate``.
@@ -139,6 +124,8 @@ class FuzzyExpert(PeopleRule):
         release: Whether somebody behind and receding beyond R_s counts as nobody. Without it the
             speed recovers with distance, gradually as in the paper.
         scale: Distances at which it answers, in multiples of the paper's; the knob of the family.
+        horizon_s: t of equation 8b, by which a moving robot answers to less distance than there is,
+            R_theta = R_r - v t. The paper gives none, and no reported event needs it (SPEC A14).
     """
 
     rules: Literal["complete32", "literal8"] = "complete32"
@@ -146,6 +133,7 @@ class FuzzyExpert(PeopleRule):
     t_norm: Literal["min", "product"] = "min"
     release: bool = False
     scale: Annotated[float, Gt(0)] = 1.0
+    horizon_s: Annotated[float, Ge(0)] = 0.0
 
     @cached_property
     def controller(self) -> SpeedRules:
@@ -167,9 +155,15 @@ class FuzzyExpert(PeopleRule):
 
     def speed_share(self, observation: Observations) -> Observations:
         """Return the slowest answer to any person; see ``base.Rule``."""
+        return self._kept(observation, np.float64(self.horizon_s))
+
+    def _kept(self, observation: Observations, horizon_s: npt.ArrayLike) -> Observations:
+        """Return the slowest answer to any person, with a horizon for each observation [s]."""
         rows = np.atleast_2d(np.ascontiguousarray(observation, np.float32))
         kept = np.empty(len(rows), np.float32)
-        _answer(rows, _columns(rows.shape[1]), self.controller, self.release, self.scale, kept)
+        horizons = np.broadcast_to(np.asarray(horizon_s, np.float64), len(rows)).copy()
+        columns = columns_of(rows.shape[1], PERSON_FIELDS)
+        _answer(rows, columns, self.controller, self.release, self.scale, horizons, kept)
         return kept.reshape(np.shape(observation)[:-1])
 
 
@@ -198,58 +192,22 @@ def _answer(
     controller: SpeedRules,
     release: bool,
     scale: float,
+    horizons_s: Floats,
     out: Observations,
 ) -> None:
     """Write the smallest kept fraction beside any person for each observation: (N, n) to (N,)."""
     index, units = columns.index, columns.units
     for i in range(rows.shape[0]):
         kept, row = 1.0, rows[i]
+        come_m = row[columns.own[0]] * columns.own_units[0] * horizons_s[i]  # v t of eq 8b
         for k in range(index.shape[0]):
             present = row[index[k, 0]] * units[k, 0]
-            distance_m = row[index[k, 1]] * units[k, 1] / scale
+            away_m = row[index[k, 1]] * units[k, 1] / scale
             speed_mps = row[index[k, 2]] * units[k, 2]
             bearing_cos = row[index[k, 3]] * units[k, 3]
             closing_mps = row[index[k, 4]] * units[k, 4]
-            if _person_counts(present, bearing_cos, closing_mps, distance_m, release):
+            if _person_counts(present, bearing_cos, closing_mps, away_m, release):
+                distance_m = away_m - come_m / scale
                 pattern = _pattern(row, index[k, 5:])
                 kept = min(kept, kept_fraction(distance_m, speed_mps, pattern, controller))
         out[i] = kept
-
-
-# --- the same system in scikit-fuzzy -------------------------------------------------------------
-
-
-def control_system(expert: FuzzyExpert, points: int = 601) -> Any:
-    """Return the strategy as a ``skfuzzy.control.ControlSystem``, for plots and tests.
-
-    Inputs ``distance`` [m], ``speed`` [m/s] and ``pattern`` (code), output ``kept``. scikit-fuzzy
-    takes the centroid of the output terms instead of eq 9, and knows neither R_s nor R_max.
-
-    Args:
-        expert: The options. Crisp patterns become Gaussian ones too narrow to reach another code.
-        points: Resolution of each universe.
-    """
-    try:
-        import skfuzzy as fuzz
-        from skfuzzy import control
-    except ImportError:
-        raise MissingExtra("scikit-fuzzy", "fuzzy") from None
-    distance = control.Antecedent(np.linspace(0.0, 4.0, points), "distance")
-    speed = control.Antecedent(np.linspace(0.0, 2.0, points), "speed")
-    pattern = control.Antecedent(np.linspace(0.0, 3.0, points), "pattern")
-    kept = control.Consequent(np.linspace(0.0, 1.0, points), "kept")
-    for variable, terms in ((distance, DISTANCE_TERMS), (speed, SPEED_TERMS)):
-        for name, (c, s_left, s_right) in terms.items():
-            variable[name] = fuzz.gauss2mf(variable.universe, c, s_left, c, s_right)
-    width = PATTERN_WIDTH if expert.pattern == "gaussian" else 0.01
-    for code, name in enumerate(PATTERN_TERMS):
-        pattern[name] = fuzz.gaussmf(pattern.universe, code, width)
-    for name, fraction in KEPT_TERMS.items():
-        kept[name] = fuzz.gaussmf(kept.universe, fraction, 0.25 / HALF_WIDTH)
-    join = np.multiply if expert.t_norm == "product" else np.fmin
-    return control.ControlSystem(
-        [
-            control.Rule(distance[r] & speed[v] & pattern[b], kept[out], and_func=join)
-            for r, v, b, out in RULES[expert.rules]
-        ]
-    )

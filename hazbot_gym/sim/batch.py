@@ -54,8 +54,8 @@ class Worlds(NamedTuple):
     people: Records  # (N, P) PERSON
     tracks: Records  # (N, P) TRACK, what the tracker reports
     history: Records  # (N, latency + 1, P) TRACK, the tracker's memory
+    pending: Floats  # (N, latency + 1) commands that the drive has still to obey [m/s]
     ranges: Floats  # (N, 4) ultrasonic readings [m]
-    asked: Floats  # (N, latency + 1) the policy's last commands [m/s]
     keys: npt.NDArray[np.uint64]  # (N,) of the scenario
     steps: npt.NDArray[np.int64]  # (N,) decisions taken
     places: npt.NDArray[np.int64]  # (N,) row of the surroundings' places
@@ -93,25 +93,16 @@ class Mechanics(NamedTuple):
     social_s: float
 
 
-def allocate(
-    worlds: int, people: int, *, tracker_latency: int = 0, command_latency: int = 0
-) -> Worlds:
-    """Return the arrays of N worlds; every world is to be reset before it is stepped.
-
-    Args:
-        worlds: N.
-        people: Room for how many in each.
-        tracker_latency: Age of what the tracker reports, in decisions.
-        command_latency: Age of the command that the drive obeys, likewise.
-    """
+def allocate(worlds: int, people: int, *, tracker_latency: int, drive_latency: int) -> Worlds:
+    """Return the arrays of N worlds; every world is to be reset before it is stepped."""
     return Worlds(
         robots=np.zeros(worlds, ROBOT),
         wheels=np.zeros((worlds, 2), WHEEL),
         people=np.zeros((worlds, people), PERSON),
         tracks=np.zeros((worlds, people), TRACK),
         history=np.zeros((worlds, tracker_latency + 1, people), TRACK),
+        pending=np.zeros((worlds, drive_latency + 1)),
         ranges=np.zeros((worlds, SENSORS)),
-        asked=np.zeros((worlds, command_latency + 1)),
         keys=np.zeros(worlds, np.uint64),
         steps=np.zeros(worlds, np.int64),
         places=np.zeros(worlds, np.int64),
@@ -168,7 +159,7 @@ def step_group(
     group: Record, count: int, worlds: Worlds, surroundings: Surroundings, m: Mechanics,
     bench: Bench,
 ) -> None:  # fmt: skip
-    """Drive some worlds for a decision period at the speed that their robots obey.
+    """Drive some worlds for a decision period at the speeds that their robots obey.
 
     After a contact, time stands still in a world.
 

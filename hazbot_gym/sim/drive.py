@@ -1,6 +1,5 @@
 """The execution layer: from a commanded speed to the robot's motion along its path.
 
-At every decision: a command, and the one of some decisions ago that has come through (latency).
 Once every physics step: slew limit -> reference point on the path -> tracking law (12c) -> wheel
 speeds (13) -> wheel loops (14, 15) on mismatched motors -> pose (1-3). The order of the steps is
 that of SPEC section 5, whose figures it reproduces. Left out: slip, steering by the policy.
@@ -53,8 +52,22 @@ def drive_parameters(drive: Drive, physics_s: float) -> DriveParameters:
         plant=PLANTS[drive.plant] if isinstance(drive.plant, str) else drive.plant,
         pid=drive.pid,
         fuzzy=drive.fuzzy,
-        line_sensor=drive.line_sensor,
+        line=drive.line_sensor,
     )
+
+
+@scalar
+def obey(robot: Record, pending: Floats, step: int) -> None:
+    """Let the drive obey the command of some decisions ago, and note the last one for later.
+
+    Args:
+        robot: With the last command.
+        pending: (latency + 1,) a ring of commands that the drive has still to obey [m/s].
+        step: Number of the decision since the reset.
+    """
+    room = pending.shape[0]
+    pending[step % room] = robot.command
+    robot.obeyed = pending[(step + 1) % room]
 
 
 @scalar
@@ -65,37 +78,7 @@ def update_pose_error(robot: Record, path: Records) -> None:
     robot.x_e, robot.y_e, robot.theta_e = error.x, error.y, error.theta
 
 
-@scalar
-def take_command(
-    robot: Record, asked: Floats, decision: int, command_mps: float, is_stopped: bool
-) -> None:
-    """Note what the policy asks for at a decision, and what the drive obeys until the next.
-
-    A stop by the reflex is decided on the robot itself: it acts at once, and what the policy asked
-    for meanwhile is still on its way.
-
-    Args:
-        robot: Record of type ``ROBOT``.
-        asked: (latency + 1,) the last commands, filled with the start speed at the reset [m/s].
-        decision: Number of the decision since the reset.
-        command_mps: Speed that the policy asks for [m/s].
-        is_stopped: Whether the reflex stops the robot.
-    """
-    asked[decision % asked.shape[0]] = command_mps
-    robot.command = 0.0 if is_stopped else command_mps
-    robot.obeyed = 0.0 if is_stopped else asked[(decision + 1) % asked.shape[0]]
-
-
 # --- entry points --------------------------------------------------------------------------------
-
-
-@lean_kernel
-def give_command(
-    robots: Records, asked: Floats, decision: int, command_mps: float, is_stopped: bool
-) -> float:
-    """Give a robot its next command and return what it obeys [m/s]; ``take_command`` for arrays."""
-    take_command(robots[0], asked, decision, command_mps, is_stopped)
-    return float(robots[0].obeyed)
 
 
 @lean_kernel
@@ -103,7 +86,6 @@ def drive(
     robots: Records,
     wheels: Records,
     path: Records,
-    command_mps: float,
     parameters: Records,
     gain_table: Floats,
     key: np.uint64,
@@ -111,13 +93,12 @@ def drive(
     substeps: int,
     lanes: Records,
 ) -> None:
-    """Drive one robot for some physics steps.
+    """Drive one robot for some physics steps at the speed that it obeys.
 
     Args:
         robots: (1,) record of type ``ROBOT``, changed in place like the wheels.
         wheels: (2,) records of type ``WHEEL``.
         path: (M,) records of type ``PATH_PIECE``.
-        command_mps: Speed that the drive obeys [m/s].
         parameters: (1,) record of ``DriveParameters``.
         gain_table: From ``core.fuzzy_pid.gain_table``.
         key: Key of the scenario's noise.
@@ -125,7 +106,6 @@ def drive(
         substeps: How many physics steps to drive.
         lanes: (1,) record of type ``DRIVE_LANES`` to work in.
     """
-    robots[0].obeyed = command_mps
     p = drive_values(parameters[0])
     load_lane(lanes[0], 0, robots[0], wheels, np.uint64(key), first_step)
     for _ in range(substeps):
@@ -150,7 +130,7 @@ def place_robot(
     robot.x, robot.y, robot.theta, curvature = path_pose(path, 0.0)
     robot.v, robot.omega = speed_mps, speed_mps * curvature
     robot.command, robot.obeyed, robot.v_ref, robot.s = speed_mps, speed_mps, speed_mps, 0.0
-    robot.x_e, robot.y_e, robot.theta_e, robot.y_shown = 0.0, 0.0, 0.0, 0.0
+    robot.x_e, robot.y_e, robot.theta_e, robot.y_seen = 0.0, 0.0, 0.0, 0.0
     speeds = wheel_speeds(Twist(robot.v, robot.omega), p.chassis)
     ki = loop_gains(0.0, 0.0, p, gain_table).ki
     for i in (RIGHT, LEFT):
@@ -208,7 +188,6 @@ def free_time_s(
     """Return how long the robot takes along a path at full speed, alone and without noise [s].
 
     It has arrived when ``s + x_e``, its own place on the path, is within the tolerance of the end.
-    Commands are obeyed at once: what their delay costs is time lost.
 
     Raises:
         InvalidInput: the drive does not reach the end in ten times the time at nominal speed.

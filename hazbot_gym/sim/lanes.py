@@ -16,7 +16,7 @@ from hazbot_gym.core.fuzzy_pid import FuzzyPid, fuzzy_pid_gains
 from hazbot_gym.core.geometry import STRAIGHT_PER_M, clip, path_length, path_pose, piece_at
 from hazbot_gym.core.jit import LANES, routine, scalar
 from hazbot_gym.core.kinematics import Chassis, Pose, Twist, arc_step, body_velocity, wheel_speeds
-from hazbot_gym.core.line_sensor import LineSensor, lamps_error
+from hazbot_gym.core.line_sensor import LineSensor, seen_offset
 from hazbot_gym.core.noise import WHEELS, uniform4
 from hazbot_gym.core.pid import (
     PidGains,
@@ -34,11 +34,11 @@ _EACH, _EACH_WHEEL = ("f8", (LANES,)), ("f8", (2, LANES))
 DRIVE_LANES = np.dtype(
     [
         *((name, *_EACH) for name in ("command", "v_ref", "s", "x", "y", "theta", "v", "omega")),
+        ("y_seen", *_EACH),
         *((name, *_EACH) for name in ("x_r", "y_r", "theta_r", "curvature")),  # reference pose
         *((name, *_EACH) for name in ("x_0", "y_0", "s_0", "cos", "sin")),  # its line
         ("is_straight", "i8", (LANES,)),
         ("heading_noise", *_EACH),
-        ("y_shown", *_EACH),
         ("key", "u8", (LANES,)),
         ("step", "i8", (LANES,)),
         *((name, *_EACH_WHEEL) for name in ("wanted", "noise", "kp", "ki", "kd")),
@@ -65,7 +65,7 @@ class DriveParameters(NamedTuple):
     plant: Plant
     pid: PidGains
     fuzzy: FuzzyPid
-    line_sensor: LineSensor
+    line: LineSensor
 
 
 @scalar
@@ -83,7 +83,7 @@ def drive_values(p: Record) -> DriveParameters:
             p.fuzzy.error_scale, p.fuzzy.rate_scale,
             p.fuzzy.kp_span, p.fuzzy.ki_span, p.fuzzy.kd_span, p.fuzzy.sign,
         ),
-        LineSensor(p.line_sensor.pitch_m, p.line_sensor.line_m),
+        LineSensor(p.line.pitch_m, p.line.line_m),
     )  # fmt: skip
 
 
@@ -106,7 +106,7 @@ def load_lane(
     """
     lanes.key[i], lanes.step[i] = key, step
     lanes.command[i], lanes.v_ref[i], lanes.s[i] = robot.obeyed, robot.v_ref, robot.s
-    lanes.y_shown[i] = robot.y_shown
+    lanes.y_seen[i] = robot.y_seen
     lanes.x[i], lanes.y[i], lanes.theta[i] = robot.x, robot.y, robot.theta
     for w in (RIGHT, LEFT):
         wheel = wheels[w]
@@ -121,7 +121,7 @@ def load_lane(
 @scalar
 def store_lane(lanes: Record, i: int, robot: Record, wheels: Records) -> None:
     """Write lane i back to its robot and wheels, which have made at least one step in it."""
-    robot.v_ref, robot.s, robot.y_shown = lanes.v_ref[i], lanes.s[i], lanes.y_shown[i]
+    robot.v_ref, robot.s, robot.y_seen = lanes.v_ref[i], lanes.s[i], lanes.y_seen[i]
     robot.x, robot.y, robot.theta = lanes.x[i], lanes.y[i], lanes.theta[i]
     robot.v, robot.omega = lanes.v[i], lanes.omega[i]
     for w in (RIGHT, LEFT):
@@ -216,15 +216,32 @@ def _disturb(lanes: Record, p: DriveParameters) -> None:
 def _steer(lanes: Record, p: DriveParameters) -> None:
     """Let the reference points gain speed, and ask the wheels for speeds that follow them."""
     for i in range(LANES):
-        v_ref = slew(lanes.v_ref[i], lanes.command[i], p)
-        measured = Pose(lanes.x[i], lanes.y[i], lanes.theta[i] + lanes.heading_noise[i])
-        error = pose_error(measured, Pose(lanes.x_r[i], lanes.y_r[i], lanes.theta_r[i]))
-        if p.line_sensor.pitch_m > 0.0:
-            lanes.y_shown[i] = lamps_error(error.y, lanes.y_shown[i], p.line_sensor)
-            error = Pose(error.x, lanes.y_shown[i], error.theta)
-        velocity = tracking_law(error, Twist(v_ref, v_ref * lanes.curvature[i]), p.tracking)
-        w1, w2 = wheel_speeds(velocity, p.chassis)
-        lanes.v_ref[i], lanes.wanted[RIGHT, i], lanes.wanted[LEFT, i] = v_ref, w1, w2
+        _ask_wheels(lanes, i, _measured_error(lanes, i), p)
+
+
+@scalar
+def _steer_by_line(lanes: Record, p: DriveParameters) -> None:
+    """Do the same, with the cross-track error that the lamps see."""
+    for i in range(LANES):
+        error = _measured_error(lanes, i)
+        lanes.y_seen[i] = seen_offset(error.y, lanes.y_seen[i], p.line)
+        _ask_wheels(lanes, i, Pose(error.x, lanes.y_seen[i], error.theta), p)
+
+
+@scalar
+def _measured_error(lanes: Record, i: int) -> Pose:
+    """Return the pose error of a robot that is uncertain of its heading."""
+    measured = Pose(lanes.x[i], lanes.y[i], lanes.theta[i] + lanes.heading_noise[i])
+    return pose_error(measured, Pose(lanes.x_r[i], lanes.y_r[i], lanes.theta_r[i]))
+
+
+@scalar
+def _ask_wheels(lanes: Record, i: int, error: Pose, p: DriveParameters) -> None:
+    """Ask the wheels for speeds that remove an error while the reference point gains speed."""
+    v_ref = slew(lanes.v_ref[i], lanes.command[i], p)
+    velocity = tracking_law(error, Twist(v_ref, v_ref * lanes.curvature[i]), p.tracking)
+    w1, w2 = wheel_speeds(velocity, p.chassis)
+    lanes.v_ref[i], lanes.wanted[RIGHT, i], lanes.wanted[LEFT, i] = v_ref, w1, w2
 
 
 @scalar
@@ -264,7 +281,7 @@ def _roll(lanes: Record, p: DriveParameters) -> None:
 
 @routine
 def drive_step(lanes: Record, p: DriveParameters, gain_table: Floats) -> None:
-    """Advance all lanes by one physics step towards what they obey; reference poses are set.
+    """Advance all lanes by one physics step towards their commands; reference poses are set.
 
     Args:
         lanes: Record of type ``DRIVE_LANES``.
@@ -273,7 +290,10 @@ def drive_step(lanes: Record, p: DriveParameters, gain_table: Floats) -> None:
     """
     if p.wheel_noise_radps > 0.0 or p.heading_noise_rad > 0.0:
         _disturb(lanes, p)
-    _steer(lanes, p)
+    if p.line.pitch_m > 0.0:
+        _steer_by_line(lanes, p)
+    else:
+        _steer(lanes, p)
     for w in (RIGHT, LEFT):
         if p.wheel_loop == IDEAL:
             for i in range(LANES):

@@ -36,7 +36,7 @@ from hazbot_gym.sim.drive import (
     drive,
     drive_parameters,
     free_time_s,
-    give_command,
+    obey,
     start_drive,
 )
 from hazbot_gym.sim.lanes import DRIVE_LANES
@@ -113,9 +113,9 @@ class World:
         self._reactions = np.concatenate([as_record(r) for r in config.people.reactions])
         self._tolerance_m = config.arrival_tolerance_m
         self.robots, self._wheels = records(ROBOT, 1), records(WHEEL, 2)
-        self._asked = np.zeros(config.drive.latency_steps + 1)
         self._lanes, self._bench = records(DRIVE_LANES, 1), make_bench(0)
-        self._x, self._y = self.robots["x"], self.robots["y"]
+        self._pending = np.zeros(config.drive.latency_steps + 1)
+        self._view()
         self._space = pymunk.Space()
         for kind in (_PERSON, _WALL):
             self._space.on_collision(_ROBOT, kind, pre_solve=self._on_contact)
@@ -139,7 +139,7 @@ class World:
         if len(people) > LANES * len(self._bench.walkers):
             self._bench = make_bench(len(people))
         self._key, self.decision, self.contact = np.uint64(key), 0, None
-        self._asked[:] = self._drive.start_speed_mps
+        self._pending[:] = self._drive.start_speed_mps
         start_drive(
             self.robots,
             self._wheels,
@@ -173,22 +173,24 @@ class World:
             self._tolerance_m,
         )
 
-    def step(self, command_mps: float, is_stopped: bool = False) -> None:
-        """Drive for one decision period after a command; stops short at a contact.
+    def step(self, command_mps: float, *, stops: bool = False) -> None:
+        """Drive for one decision period as commanded; stops short at a contact.
+
+        A stop by reflex is the drive's own and knows no latency.
 
         A social period in which nothing comes within the robot's reach is one step for pymunk; else
         it looks for contacts at every physics step.
-
-        Args:
-            command_mps: Speed that the policy asks for [m/s].
-            is_stopped: Whether the reflex stops the robot, whatever it is told.
         """
-        obeyed_mps = give_command(self.robots, self._asked, self.decision, command_mps, is_stopped)
+        robot = self._robot
+        robot.command = 0.0 if stops else command_mps
+        obey(robot, self._pending, self.decision)
+        if stops:
+            robot.obeyed = 0.0
         periods, substeps = self._clock.social_per_decision, self._clock.physics_per_social
         for period in range(self.decision * periods, (self.decision + 1) * periods):
             stride = substeps if self._slack_m > 0.0 else 1
             for elapsed in range(0, substeps, stride):
-                self._physics(obeyed_mps, period * substeps + elapsed, stride)
+                self._physics(period * substeps + elapsed, stride)
                 if self.contact is not None:
                     self._catch_up(elapsed + stride)
                     self.decision += 1
@@ -218,16 +220,20 @@ class World:
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Restore a copied or pickled world; copies of views would no longer be views."""
         self.__dict__.update(state)
-        self._x, self._y = self.robots["x"], self.robots["y"]
+        self._view()
 
-    def _physics(self, command_mps: float, first_step: int, substeps: int) -> None:
+    def _view(self) -> None:
+        """Keep views of the robot's record at hand."""
+        self._x, self._y = self.robots["x"], self.robots["y"]
+        self._robot = self.robots.view(np.recarray)[0]
+
+    def _physics(self, first_step: int, substeps: int) -> None:
         """Drive the robot for some physics steps, and let pymunk move all bodies along in one."""
         x, y = self._x[0], self._y[0]
         drive(
             self.robots,
             self._wheels,
             self.place.path,
-            command_mps,
             self._parameters,
             self._gains,
             self._key,

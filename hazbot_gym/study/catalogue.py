@@ -22,8 +22,11 @@ def tables() -> Iterator[Table]:
 
 
 def _walker(deltas: Mapping[str, Any]) -> str:
-    """Return where the only walker of a scenario starts and how it walks."""
-    walker = deltas["people"]["walkers"][0]
+    """Return where the only walker of a scenario starts and how it walks, if there is one."""
+    walkers = deltas["people"].get("walkers")
+    if not walkers:
+        return "nobody"
+    walker = walkers[0]
     position = f"({walker['x_m']:.3f}, {walker['y_m']:.3f}) m"
     velocity = f"({walker['vx_mps']:.3f}, {walker['vy_mps']:.3f}) m/s"
     return f"one walker from {position} at {velocity}"

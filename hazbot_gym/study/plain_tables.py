@@ -25,7 +25,7 @@ def console_table(titles: tuple[str, ...], rows: Rows) -> Table:
     return table
 
 
-def markdown_table(titles: tuple[str, ...], rows: Rows) -> str:
-    """Return rows as a table in Markdown."""
-    rule = ["---", *["---:" for _ in titles[1:]]]
+def markdown_table(titles: tuple[str, ...], rows: Rows, *, wordy: tuple[str, ...] = ()) -> str:
+    """Return rows as a table in Markdown; columns of words, named by title, are flush left too."""
+    rule = ["---", *["---" if title in wordy else "---:" for title in titles[1:]]]
     return "\n".join(f"| {' | '.join(cells)} |" for cells in (titles, rule, *rows))

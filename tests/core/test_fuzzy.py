@@ -84,6 +84,14 @@ def test_weighted_average_by_hand() -> None:
     assert kept_fraction(1.7, 0.6, 1, RULES) == pytest.approx(expected)
 
 
+def test_centroid_of_a_single_set_lies_at_its_middle_and_never_at_the_end() -> None:
+    rules = RULES._replace(kept_width=0.1062, rules=np.array([[1, 0, 1, 0.5]]))
+    assert kept_fraction(1.9, 0.4, 1, rules) == pytest.approx(0.5)
+    stop = rules._replace(rules=np.array([[1, 0, 1, 0.0]]))
+    # The half of a Gaussian of width s beside its centre has its centroid at s sqrt(2 / pi).
+    assert kept_fraction(2.5, 0.4, 1, stop) == pytest.approx(0.1062 * math.sqrt(2 / math.pi), 1e-3)
+
+
 def test_robot_stands_up_to_the_sensitive_distance_and_ignores_people_beyond_the_other() -> None:
     assert kept_fraction(0.5, 0.5, 1, RULES) == 0.0
     assert kept_fraction(0.501, 0.5, 1, RULES) > 0.0
@@ -109,7 +117,8 @@ def test_compiled_controller_is_that_of_plain_python() -> None:
     rng = np.random.default_rng(2)
     distances, speeds = rng.uniform(0.4, 3.2, (300, 1)), rng.uniform(0.0, 2.0, (300, 1))
     patterns = rng.integers(-1, 4, (300, 1))
-    for rules in (RULES, RULES._replace(is_product=True), RULES._replace(pattern_width=0.4247)):
+    changes = ({}, {"is_product": True}, {"pattern_width": 0.4247}, {"kept_width": 0.1062})
+    for rules in (RULES._replace(**change) for change in changes):
         plain = [
             kept_fraction(float(d), float(v), int(b), rules)
             for d, v, b in zip(distances[:, 0], speeds[:, 0], patterns[:, 0], strict=True)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numba
 import numpy as np
+import numpy.typing as npt
 import pytest
 import skfuzzy
 from skfuzzy import control
@@ -79,6 +80,30 @@ def test_centroid_is_within_0_004_of_the_exact_one() -> None:
                 skfuzzy.defuzz(x, aggregated(e, ec, output, x), "centroid") for output in range(3)
             ]
             assert infer(e, ec, RULES) == pytest.approx(exact, abs=0.004)
+
+
+def test_inference_is_that_of_scikit_fuzzy_on_a_grid() -> None:
+    # Memberships, cut, union and centroid of scikit-fuzzy on a universe that holds all corners.
+    axis, x = np.linspace(-3.0, 3.0, 50), np.linspace(-3.0, 3.0, 1201)
+    shapes = np.stack([skfuzzy.trimf(x, [c - 1.0, c, c + 1.0]) for c in range(-3, 4)])
+    seen = np.stack([skfuzzy.gaussmf(axis, c, WIDTH) for c in range(-3, 4)], axis=1)
+    compiled = numba.njit(lambda e, ec, rules: infer(e, ec, rules))
+    worst = 0.0
+    for i, e in enumerate(axis):
+        for j, ec in enumerate(axis):
+            weights = np.fmin(seen[i][:, None], seen[j][None, :])
+            oracle = [
+                skfuzzy.defuzz(x, np.fmin(_strengths(weights, rules)[:, None], shapes).max(axis=0),
+                               "centroid")
+                for rules in RULES
+            ]  # fmt: skip
+            worst = max(worst, np.abs(np.subtract(compiled(e, ec, RULES), oracle)).max())
+    assert worst < 0.005
+
+
+def _strengths(weights: Floats, rules: npt.NDArray[np.int64]) -> Floats:
+    """Return how strongly each output term is asked for: (7, 7) weights and codes to (7,)."""
+    return np.array([weights[rules == code].max(initial=0.0) for code in range(-3, 4)])
 
 
 def test_inference_is_that_of_scikit_fuzzy_s_control_system() -> None:

@@ -9,18 +9,16 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 import pytest
-from skfuzzy import control
 
 from hazbot_gym.core.fuzzy import kept_fraction, kept_fractions
 from hazbot_gym.core.geometry import straight_path
 from hazbot_gym.core.state import NO_PATTERN, PATTERN_NAMES, ROBOT, TRACK, Floats, records
 from hazbot_gym.policies.fuzzy_expert import (
-    KEPT_TERMS,
     PATTERN_TERMS,
     RULES,
     FuzzyExpert,
-    control_system,
 )
+from hazbot_gym.policies.fuzzy_readings import FuzzyReading
 from hazbot_gym.task.observation import LAYOUTS, encode
 
 REFERENCE = json.loads(
@@ -41,11 +39,11 @@ class Person(NamedTuple):
 
 
 def observe(
-    *people: Person, x: float = 0.0, v: float = 0.0, tier: str = "tracks"
+    *people: Person, x: float = 0.0, v: float = 0.0, command: float = 0.0, tier: str = "tracks"
 ) -> npt.NDArray[np.float32]:
     """Return what a robot on the x axis observes."""
     robot = records(ROBOT, 1).view(np.recarray)[0]
-    robot.x, robot.s, robot.v = x, x, v
+    robot.x, robot.s, robot.v, robot.command = x, x, v, command
     tracks = records(TRACK, len(people)).view(np.recarray)
     for track, person in zip(tracks, people, strict=True):
         track.visible, track.pattern = 1, person.pattern
@@ -75,18 +73,16 @@ class Meeting(NamedTuple):
         return DT_S * (last + 1) if last + 1 < len(self.kept) else math.inf
 
 
-def meet(
-    scenario: dict[str, Any], expert: FuzzyExpert, is_recursive: bool = False, seconds: float = 25.0
-) -> Meeting:
-    """Let a robot that moves just as commanded meet the person of a scenario."""
+def meet(scenario: dict[str, Any], expert: FuzzyExpert, seconds: float = 25.0) -> Meeting:
+    """Let a robot that moves just as commanded meet a person whose pattern is known all along."""
     (px, py), (vx, vy) = scenario["start_m"], scenario["velocity_mps"]
     pattern = PATTERN_NAMES.index(scenario["pattern"])
-    x, v = 0.0, V_NOM
+    x, v, state = 0.0, V_NOM, None
     distances, commands = [], []
     for k in range(round(seconds / DT_S)):
         person = Person(px + vx * DT_S * k, py + vy * DT_S * k, vx, vy, pattern)
-        kept = kept_by(expert, observe(person, x=x, v=v))
-        v = kept * (v if is_recursive else V_NOM)
+        action, state = expert.predict(observe(person, x=x, v=v, command=v), state)
+        v = V_NOM * float(action[0] + 1.0) / 2.0
         distances.append(math.hypot(person.x - x, person.y))
         commands.append(v / V_NOM)
         x += v * DT_S
@@ -173,10 +169,43 @@ def test_printed_rules_alone_drive_at_someone_confronting() -> None:
 
 @pytest.mark.parametrize("name", ["E*", "C*"])
 def test_robot_whose_speed_is_reduced_recursively_never_recovers(name: str) -> None:
-    meeting = meet(REFERENCE["scenarios"][name], FuzzyExpert(), is_recursive=True, seconds=60.0)
+    meeting = meet(REFERENCE["scenarios"][name], FuzzyReading(reading="recursive"), seconds=60.0)
 
     assert meeting.distance_m[-1] > 3.0
     assert meeting.kept[-1] < 0.05
+
+
+# What SPEC section 4.2 found and the environment does not: there a pattern is known within 3.6 m
+# only, and a drive brakes within limits.
+@pytest.mark.parametrize(
+    ("expert", "name", "decelerates_s", "stops_s", "recovers_s"),
+    [
+        (FuzzyReading(reading="no_gate", release=True), "E*", 0.6, 3.7, 9.0),
+        (FuzzyReading(reading="no_gate", release=True), "C*", 2.8, 8.5, 18.9),
+        (
+            FuzzyReading(reading="elapsed", release=True),
+            "C*",
+            2.4,
+            5.6,
+            None,
+        ),  # on and off to the end
+        (FuzzyReading(reading="inverted", release=True), "E*", 1.6, 1.6, 6.4),
+        (FuzzyReading(reading="inverted", release=True), "C*", 4.6, 4.6, 13.6),
+        (FuzzyExpert(rules="literal8", release=True), "C*", 4.6, 4.6, 13.2),
+    ],
+)
+def test_other_readings_give_the_prototype_s_times_under_its_conditions(
+    expert: FuzzyExpert, name: str, decelerates_s: float, stops_s: float, recovers_s: float | None
+) -> None:
+    meeting = meet(REFERENCE["scenarios"][name], expert)
+
+    near = REFERENCE["tolerance_s"] + 1e-9
+    assert meeting.first_s(0.98) == pytest.approx(decelerates_s, abs=near)
+    assert meeting.first_s(0.05) == pytest.approx(stops_s, abs=near)
+    if recovers_s is None:
+        assert meeting.kept[-20:].min() < 0.98
+    else:
+        assert meeting.recovered_s() == pytest.approx(recovers_s, abs=near)
 
 
 def test_robot_follows_a_slow_leader_at_the_leader_s_speed() -> None:
@@ -275,32 +304,6 @@ def test_policy_survives_pickling() -> None:
 
     assert restored == expert
     assert np.array_equal(restored.predict(observation)[0], before)
-
-
-# --- the oracle ----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("t_norm", ["min", "product"])
-@pytest.mark.parametrize("pattern", ["crisp", "gaussian"])
-@pytest.mark.parametrize("rules", ["complete32", "literal8"])
-def test_scikit_fuzzy_fires_the_same_rules(t_norm: Any, pattern: Any, rules: Any) -> None:
-    # Its control system defuzzifies by centroid, so eq 9 is taken over the weights of its rules.
-    # They are interpolated on a universe of 601 points, hence the tolerance.
-    expert = FuzzyExpert(rules=rules, pattern=pattern, t_norm=t_norm)
-    system = control_system(expert)
-    outputs = [KEPT_TERMS[out] for *_, out in RULES[rules]]
-    points = [(1.7, 0.5, BE), (2.3, 0.9, BS), (2.6, 1.1, BL), (2.9, 0.8, BF), (2.1, 1.0, BE)]
-    for distance, speed, code in points:
-        simulation = control.ControlSystemSimulation(system)
-        for name, value in (("distance", distance), ("speed", speed), ("pattern", code)):
-            simulation.input[name] = value
-        simulation.compute()
-        weights = [rule.aggregate_firing[simulation] for rule in system.rules]
-        assert len(weights) == len(outputs)
-        total = sum(weights)
-        kept = np.dot(weights, outputs) / total if total >= 1e-12 else 1.0
-        ours = kept_fraction(distance, speed, code, expert.controller)
-        assert ours == pytest.approx(kept, abs=0.002)
 
 
 def test_pattern_terms_stand_in_the_order_of_the_pattern_codes() -> None:

@@ -159,9 +159,9 @@ def test_the_shortcut_is_taken_and_contacts_are_met(monkeypatch: pytest.MonkeyPa
     strides = []
     physics = World._physics
 
-    def noting(self: World, command: float, first: int, substeps: int) -> None:
+    def noting(self: World, first: int, substeps: int) -> None:
         strides.append(substeps)
-        physics(self, command, first, substeps)
+        physics(self, first, substeps)
 
     monkeypatch.setattr(World, "_physics", noting)
     ends = [trajectory(config, key, np.full(400, 0.5))[-1][2] for key in range(30)]

@@ -33,7 +33,6 @@ SETTINGS = {
     "grid.color": GRID,
     "xtick.color": SOFT,
     "ytick.color": SOFT,
-    "legend.frameon": False,
     "lines.linewidth": 1.6,
 }
 
@@ -57,6 +56,11 @@ def mark_event(axes: Any, time_s: float, text: str, *, height: float = 1.0) -> N
     axes.axvline(time_s, color=INK, linewidth=0.9, linestyle=(0, (4, 3)))
     place = axes.get_xaxis_transform()
     axes.text(time_s, height, f" {text}", transform=place, va="top", fontsize=8, color=INK)
+
+
+def legend(axes: Any, **options: Any) -> None:
+    """Name what is drawn, without a frame."""
+    axes.legend(frameon=False, **{"fontsize": 8, **options})
 
 
 def svg(figure: Any) -> str:

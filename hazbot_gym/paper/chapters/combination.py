@@ -1,0 +1,64 @@
+"""Section 5.2, second part: a human enters while the robot tracks the circle (Figure 19)."""
+
+from __future__ import annotations
+
+from hazbot_gym.paper.chapter import Chapter, Picture, Table
+from hazbot_gym.paper.combination import combine
+from hazbot_gym.paper.figures import control as figures
+from hazbot_gym.paper.meetings import spread
+
+
+def chapter(quick: bool) -> Chapter:
+    """Run the section; the paper reports no number of it."""
+    found = combine(20 if quick else 200)
+    spreads = spread(found.found)
+    (rms, rms_alone), (largest, largest_alone) = found.tracking_rms_m(), found.largest_m()
+    with_s, alone_s = found.lap_s()
+    return Chapter(
+        number="5.2b",
+        title="The combination: a human enters while the robot tracks the circle",
+        here={},
+        record={
+            "events": spreads,
+            "position_rms_m": {"with": rms, "alone": rms_alone},
+            "position_max_m": {"with": largest, "alone": largest_alone},
+            "lap_s": {"with": with_s, "alone": alone_s},
+            "seeds": len(found.runs),
+        },
+        text=(
+            "Figure 19 shows the combination and no numbers, and where the human walked is not "
+            "printed. In the scenario circle+human somebody comes the other way beside the circle "
+            "at 0.5 m/s; the robot has the drive in earnest on plant B, with slew limits and the "
+            f"noise of Table 2, over {len(found.runs)} seeds. It is assessed as encountering; the "
+            f"robot decelerates on its path at {spreads['decelerates_s']['mean']:.1f} s and stands "
+            f"from {spreads['stops_s']['mean']:.1f} s on; as the human moves away it returns to "
+            f"its speed, which it has again at {spreads['recovers_s']['mean']:.1f} s, and goes on "
+            "along the circle. While the human is within 1.5 m it moves for "
+            f"{spreads['moving_inside_s']['mean']:.1f} s.",
+            f"Tracking suffers little: the RMS position error is {1e3 * rms:.0f} mm instead of "
+            f"{1e3 * rms_alone:.0f} mm alone, the largest one {largest:.3f} m instead of "
+            f"{largest_alone:.3f} m, from the start in both cases. (With slew limits the start "
+            "itself is gentler than in section 5.2.) The lap takes "
+            f"{with_s:.1f} s instead of {alone_s:.1f} s.",
+        ),
+        tables=(
+            Table(
+                f"Over {len(found.runs)} noise seeds",
+                ("event", "mean", "deviation"),
+                [
+                    (name, f"{each['mean']:.3f}", f"{each['sd']:.3f}")
+                    for name, each in spreads.items()
+                ],
+            ),
+        ),
+        pictures=(
+            Picture(
+                "combination",
+                "Figure 19",
+                "From above: robot (squares) and human (circles) every 2 s; the dotted line joins "
+                "them when the robot decelerates, the solid one when it stands. Below: speed, "
+                "distance and position error with the human, and alone (dashed).",
+                figures.combination(found),
+            ),
+        ),
+    )

@@ -1,0 +1,30 @@
+"""Section 2: the robot, its sensors and its wheels, as far as the paper counts them."""
+
+from __future__ import annotations
+
+from hazbot_gym.core.state import LEFT, RIGHT
+from hazbot_gym.core.ultrasonic import FRONT_LEFT, FRONT_RIGHT, SENSOR_NAMES
+from hazbot_gym.paper.chapter import Chapter
+
+
+def chapter(quick: bool) -> Chapter:
+    """Return the section; nothing in it is measured."""
+    in_front = len({FRONT_LEFT, FRONT_RIGHT})
+    return Chapter(
+        number="2",
+        title="Overall Design of Mobile Inspection Robot",
+        here={
+            "sonars": len(SENSOR_NAMES),
+            "sonars_in_front": in_front,
+            "sonars_each_side": (len(SENSOR_NAMES) - in_front) / 2,
+            "driving_wheels": len({RIGHT, LEFT}),
+            "passive_wheels": 1,
+        },
+        record={},
+        text=(
+            "The paper describes a chassis with two driving wheels in front, passive ones behind, "
+            f"{len(SENSOR_NAMES)} ultrasonic sensors, a grayscale sensor that sees the line on the "
+            "floor, and a camera. Here the robot is a disc with the same wheels and sensors; the "
+            "camera is left out, since nothing in the paper's strategy reads it.",
+        ),
+    )

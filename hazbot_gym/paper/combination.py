@@ -1,0 +1,62 @@
+"""The combination (paper section 5.2, Figure 19): a human enters while the robot tracks the circle.
+
+"It detected that a pedestrian had entered the avoidance distance, assessed as the encountering
+pattern, and decelerated on the predetermined trajectory. As the pedestrian gradually moved away,
+the robot gradually returned to its initial speed and continued to follow the target trajectory."
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hazbot_gym.core.state import Floats
+from hazbot_gym.paper.meetings import Events, Meeting, events, meet
+
+SCENARIO = "circle+human"
+NOBODY = {"people": {"walkers": [{"x_m": 90.0, "y_m": 90.0, "vx_mps": 0.0, "vy_mps": 0.0}]}}
+STEPS = 800
+
+
+class Combination(NamedTuple):
+    """The circle with and without the human, over the same noise seeds."""
+
+    runs: list[Meeting]
+    alone: list[Meeting]
+    found: list[Events]
+
+    def tracking_rms_m(self) -> tuple[float, float]:
+        """Return the RMS position error while the human is there, and alone [m]."""
+        return _rms(self.runs), _rms(self.alone)
+
+    def largest_m(self) -> tuple[float, float]:
+        """Return the largest position error while the human is there, and alone [m]."""
+        return _largest(self.runs), _largest(self.alone)
+
+    def lap_s(self) -> tuple[float, float]:
+        """Return the mean time of the lap with and without the human [s]."""
+        return _duration(self.runs), _duration(self.alone)
+
+
+def combine(seeds: int) -> Combination:
+    """Drive the circle with the fuzzy strategy, with and without the human."""
+    runs = meet(SCENARIO, seeds=range(seeds), steps=STEPS)
+    alone = meet(SCENARIO, seeds=range(seeds), steps=STEPS, overrides=NOBODY)
+    return Combination(runs, alone, [events(run, is_measured=True) for run in runs])
+
+
+def _errors(runs: list[Meeting]) -> Floats:
+    return np.concatenate([run.position_error_m for run in runs])
+
+
+def _rms(runs: list[Meeting]) -> float:
+    return float(np.sqrt(np.mean(_errors(runs) ** 2)))
+
+
+def _largest(runs: list[Meeting]) -> float:
+    return float(_errors(runs).max())
+
+
+def _duration(runs: list[Meeting]) -> float:
+    return float(np.mean([run.time_s[-1] for run in runs]))

@@ -1,0 +1,73 @@
+"""How much delay the strategy bears (paper section 5.1.2).
+
+"The small-scale time delay of the speed change does not affect obstacle avoidance." Here the
+commands of the strategy reach the drive late. Stated beforehand: avoidance is affected from the
+delay on with which the robot moves within 1.5 m of the human for 0.1 s longer than without.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hazbot_gym.core.state import Floats
+from hazbot_gym.paper.meetings import events, meet
+from hazbot_gym.study.rollout import evaluate
+from hazbot_gym.study.summary import means
+
+SCENARIOS = ("E*", "C*")
+DECISION_S = 0.1
+EXTRA_S = 0.1  # of moving within 1.5 m, more than without a delay
+STEPS = (0, 1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30)  # decisions of delay
+FAMILIES = ("Crossing", "Encountering")
+FAMILY_STEPS = (0, 5, 10, 20)
+FAMILY_METRICS = ("contact_robot_caused", "kinetic_intrusion_m2", "time_ratio", "return")
+# The drive in earnest, with the noise of Table 2.
+EARNEST = {
+    "drive": {"wheel_loop": "fuzzy_pid", "plant": "B"},
+    "sensors": {"tracker": {"position_noise_m": 0.03}},
+}
+
+
+class Delayed(NamedTuple):
+    """A scenario under growing delays; arrays over delays."""
+
+    delay_s: Floats
+    inside_s: Floats  # mean time of moving within 1.5 m
+    hits: Floats  # share of seeds in which the moving robot touched the human
+    affected_from_s: float  # the smallest delay that counts, NaN if none of these does
+
+
+def sweep(scenario: str, *, seeds: int, steps: Sequence[int] = STEPS) -> Delayed:
+    """Run a scenario under growing delays."""
+    rows = []
+    for delay in steps:
+        drive = {**EARNEST["drive"], "latency_steps": delay}
+        runs = meet(scenario, seeds=range(seeds), overrides={**EARNEST, "drive": drive})
+        found = [events(run) for run in runs]
+        rows.append([np.mean([each.moving_inside_s for each in found]),
+                     np.mean([each.hits for each in found])])  # fmt: skip
+    inside_s, hits = np.array(rows).T
+    delay_s = DECISION_S * np.array(steps, dtype=np.float64)
+    worse = np.flatnonzero(inside_s > inside_s[0] + EXTRA_S)
+    first_s = float(delay_s[worse[0]]) if len(worse) else np.nan
+    return Delayed(delay_s, inside_s, hits, first_s)
+
+
+def families(episodes: int) -> list[dict[str, Any]]:
+    """Return how delays tell among people who are drawn at random and react."""
+    rows = []
+    for family in FAMILIES:
+        for delay in FAMILY_STEPS:
+            overrides = {"drive": {"latency_steps": delay}}
+            found = means(
+                evaluate(
+                    "fuzzy_expert", f"hazbot_gym/{family}-v0", episodes=episodes,
+                    overrides=overrides,
+                )
+            )  # fmt: skip
+            named = {name: found[name] for name in FAMILY_METRICS}
+            rows.append({"family": family, "delay_s": DECISION_S * delay, **named})
+    return rows

@@ -1,0 +1,149 @@
+"""Meetings of robot and human (paper section 5.1): a named scenario, a policy, and what happens.
+
+Events as in SPEC section 4: the robot decelerates when its speed first falls below 98 % of nominal
+after it was reached, stops below 5 %, and has recovered when it is above 98 % for good. In
+simulations the speed is the commanded one, in experiments the robot's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hazbot_gym.config import Config, make_config
+from hazbot_gym.core.state import Floats
+from hazbot_gym.policies import make
+from hazbot_gym.policies.base import Policy
+from hazbot_gym.policies.fuzzy_expert import AVOIDANCE_M, SENSITIVE_M
+from hazbot_gym.study.batch_rollout import run_episodes
+from hazbot_gym.study.episode import PERSON_COLUMNS, Episode
+
+SLOWER, STOPPED = 0.98, 0.05  # shares of the nominal speed
+STEPS = 300  # decisions after which a meeting is over
+X, Y = PERSON_COLUMNS.index("x"), PERSON_COLUMNS.index("y")
+
+
+class Events(NamedTuple):
+    """What happened in a meeting; NaN for what did not."""
+
+    decelerates_s: float
+    stops_s: float
+    recovers_s: float
+    least_m: float  # distance between centres
+    slowest_mps: float
+    moving_inside_s: float  # how long the robot moved while the human was within 1.5 m
+    hits: float  # 1 if it touched the human while it moved; a touch ends the meeting
+    slow_outside_s: float  # how long it was below 98 % with the human beyond 3.0 m
+
+
+class Meeting(NamedTuple):
+    """A meeting, sampled at every decision; all arrays (T,)."""
+
+    time_s: Floats
+    x: Floats  # of the robot [m]
+    y: Floats
+    human_x: Floats
+    human_y: Floats
+    distance_m: Floats  # between centres
+    command_mps: Floats  # given at that time
+    speed_mps: Floats
+    position_error_m: Floats  # hypot(x_e, y_e)
+    is_touching: bool  # at the end
+
+
+def meet(
+    scenario: str,
+    policy: str | Policy = "fuzzy_expert",
+    *,
+    seeds: Sequence[int] = (0,),
+    overrides: Mapping[str, Any] | None = None,
+    steps: int = STEPS,
+) -> list[Meeting]:
+    """Let a policy drive through a named scenario, once for each noise seed."""
+    config = make_config(overrides, scenario=scenario, max_episode_steps=steps)
+    driver = make(policy) if isinstance(policy, str) else policy
+    episodes = run_episodes(config, driver, list(seeds), limit=steps, threads=1)
+    return [_meeting(episode) for episode, _ in episodes]
+
+
+def _meeting(episode: Episode) -> Meeting:
+    """Take what counts from an episode's record; the command of an instant is the next one's."""
+    human_x, human_y = episode.people[:-1, 0, X], episode.people[:-1, 0, Y]
+    x, y = episode.pose[:-1, 0], episode.pose[:-1, 1]
+    return Meeting(
+        time_s=episode.time_s[:-1],
+        x=x,
+        y=y,
+        human_x=human_x,
+        human_y=human_y,
+        distance_m=np.hypot(human_x - x, human_y - y),
+        command_mps=episode.command_mps[1:],
+        speed_mps=episode.speed_mps[:-1],
+        position_error_m=np.hypot(episode.pose_error[:-1, 0], episode.pose_error[:-1, 1]),
+        is_touching=episode.outcome == "contact_person",
+    )
+
+
+def events(meeting: Meeting, *, nominal_mps: float = 0.5, is_measured: bool = False) -> Events:
+    """Return what happened.
+
+    Args:
+        meeting: What to look at.
+        nominal_mps: The nominal speed.
+        is_measured: Whether the robot's own speed counts, instead of the commanded one.
+    """
+    share = (meeting.speed_mps if is_measured else meeting.command_mps) / nominal_mps
+    start = _first(share >= SLOWER)
+    slow = _first((share < SLOWER) & (np.arange(len(share)) >= start))
+    stop = _first((share < STOPPED) & (np.arange(len(share)) >= slow))
+    below = np.flatnonzero(share < SLOWER)
+    last = below[-1] + 1 if slow < len(share) and not meeting.is_touching else len(share)
+    is_inside, is_outside = meeting.distance_m < SENSITIVE_M, meeting.distance_m > AVOIDANCE_M
+    is_moving = np.abs(meeting.speed_mps) > STOPPED * nominal_mps
+    step_s = float(meeting.time_s[1] - meeting.time_s[0])
+    return Events(
+        decelerates_s=_at(meeting, slow),
+        stops_s=_at(meeting, stop),
+        recovers_s=_at(meeting, last),
+        least_m=float(meeting.distance_m.min()),
+        slowest_mps=nominal_mps * float(share[start:].min()),
+        moving_inside_s=step_s * float((is_inside & is_moving).sum()),
+        hits=float(meeting.is_touching and is_moving[-1]),
+        slow_outside_s=step_s * float(((share < SLOWER) & is_outside)[start:].sum()),
+    )
+
+
+def _first(is_so: Any) -> int:
+    """Return the first index where something holds, the length if nowhere."""
+    return int(np.argmax(is_so)) if is_so.any() else len(is_so)
+
+
+def _at(meeting: Meeting, index: int) -> float:
+    return float(meeting.time_s[index]) if index < len(meeting.time_s) else np.nan
+
+
+def spread(found: Sequence[Events]) -> dict[str, dict[str, float]]:
+    """Return mean and deviation of each event over noise seeds, and in how many it happened."""
+    columns = {name: np.array([getattr(one, name) for one in found]) for name in Events._fields}
+    return {
+        name: {
+            "mean": float(np.nanmean(values)) if np.isfinite(values).any() else np.nan,
+            "sd": float(np.nanstd(values, ddof=1)) if np.isfinite(values).sum() > 1 else np.nan,
+            "share": float(np.isfinite(values).mean()),
+        }
+        for name, values in columns.items()
+    }
+
+
+def start_of(scenario: str) -> dict[str, float]:
+    """Return what a scenario begins with: distance [m], speeds [m/s], sampling interval [s]."""
+    config: Config = make_config(scenario=scenario)
+    walker = config.people.walkers[0]
+    return {
+        "distance_m": float(np.hypot(walker.x_m, walker.y_m)),
+        "human_mps": float(np.hypot(walker.vx_mps, walker.vy_mps)),
+        "robot_mps": config.drive.nominal_speed_mps,
+        "sampling_s": config.clock.decision_s,
+    }

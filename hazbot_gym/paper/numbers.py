@@ -1,0 +1,110 @@
+"""The paper's reported numbers, and what is said of them beside what was found here.
+
+The numbers, their tolerances and the reasons are data (``numbers.yaml``), written down before
+anything was run; a verdict is nothing but a comparison.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from importlib import resources
+from typing import Any
+
+import yaml
+from pydantic import BaseModel, ConfigDict, model_validator
+
+from hazbot_gym.errors import HazbotError
+
+REPRODUCED, NEAR, NOT = "reproduced", "near", "not reproducible"
+NEAR_TOLERANCES = 2.0  # a value off by this many tolerances is still near
+ROUNDING = 1e-9  # relative slack of the comparison, for 4.6 - 4.4 that is not quite 0.2
+
+
+class Rule(BaseModel):
+    """How near a value must be: absolutely, or as a share of the paper's."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    tolerance: float | None = None
+    relative: float | None = None
+    why: str
+
+    @model_validator(mode="after")
+    def _is_one_of_both(self) -> Rule:
+        if (self.tolerance is None) == (self.relative is None):
+            raise ValueError("a rule has either a tolerance or a relative one")
+        return self
+
+    def tolerance_for(self, paper: float) -> float:
+        """Return the tolerance for a number of the paper, in its unit."""
+        return abs(paper) * self.relative if self.relative is not None else self.tolerance or 0.0
+
+
+class Number(BaseModel):
+    """A number that the paper reports."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    where: str  # section, table or figure
+    what: str
+    paper: float
+    unit: str
+    rule: str
+    reason: str = ""  # why it cannot be reproduced, where it cannot
+
+
+class Reported(BaseModel):
+    """All of them, by id, and the rules that they name."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    rules: dict[str, Rule]
+    numbers: dict[str, Number]
+
+
+@cache
+def reported() -> Reported:
+    """Return what the paper reports."""
+    text = resources.files(__package__).joinpath("numbers.yaml").read_text(encoding="utf-8")
+    return Reported.model_validate(yaml.safe_load(text))
+
+
+def verdict(number: Number, here: float | None) -> str:
+    """Return the verdict on a value found here, None if there can be none."""
+    if here is None:
+        return f"{NOT}: {number.reason}"
+    tolerance = reported().rules[number.rule].tolerance_for(number.paper)
+    off = abs(here - number.paper) - ROUNDING * max(abs(here), abs(number.paper))
+    if off <= tolerance:
+        return REPRODUCED
+    if off <= NEAR_TOLERANCES * tolerance:
+        return NEAR
+    return f"{NOT}: {number.reason or 'outside the tolerance, and nobody knows why'}"
+
+
+def entries(here: Mapping[str, float]) -> list[dict[str, Any]]:
+    """Return one entry for each reported number, in the paper's order.
+
+    Args:
+        here: What was found, by id.
+
+    Raises:
+        HazbotError: A number was found that the paper does not report, or the other way round.
+    """
+    known = reported()
+    expected = {name for name, number in known.numbers.items() if number.rule != "absent"}
+    if expected != set(here):
+        missing, unknown = sorted(expected - set(here)), sorted(set(here) - expected)
+        raise HazbotError(f"paper: no value for {missing}, and nothing reported for {unknown}")
+    return [
+        {
+            "id": name,
+            "source": number.where,
+            "what": number.what,
+            "paper": number.paper,
+            "here": here.get(name),
+            "unit": number.unit,
+            "tolerance": known.rules[number.rule].tolerance_for(number.paper),
+            "rule": number.rule,
+            "verdict": verdict(number, here.get(name)),
+        }
+        for name, number in known.numbers.items()
+    ]

@@ -1,0 +1,71 @@
+"""The page: the paper's sections in their order, each with its numbers, tables and pictures."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from importlib import resources
+from typing import Any
+
+from hazbot_gym import __version__
+from hazbot_gym.errors import MissingExtra
+from hazbot_gym.paper.chapter import Cell, Chapter
+from hazbot_gym.paper.lines import lines
+from hazbot_gym.paper.numbers import reported
+from hazbot_gym.paper.tables import shown, summary_line
+from hazbot_gym.study import plain_tables
+
+try:
+    import jinja2
+except ImportError as error:
+    raise MissingExtra(error.name or "jinja2", "study") from error
+
+
+def make_page(record: Mapping[str, Any], chapters: list[Chapter]) -> str:
+    """Return the page as HTML; the same text for the same results."""
+    numbers = {entry["id"]: entry for entry in record["numbers"]}
+    own = {chapter.number: [numbers[name] for name in chapter.here] for chapter in chapters}
+    found = {name for chapter in chapters for name in chapter.here}
+    return (
+        _environment()
+        .get_template("page.html")
+        .render(
+            record=record,
+            version=__version__,
+            summary=summary_line(record),
+            chapters=chapters,
+            numbers=own,
+            absent=[entry for name, entry in numbers.items() if name not in found],
+            rules=reported().rules,
+            lines=lines(),
+        )
+    )
+
+
+def _cell(value: Cell) -> str:
+    return value if isinstance(value, str) else plain_tables.shown(value)
+
+
+def _data(svg: str) -> str:
+    """Return a picture as an address that holds it whole."""
+    return "data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode()
+
+
+def _environment() -> jinja2.Environment:
+    """Return the templates, which escape whatever they are filled with."""
+    root = resources.files("hazbot_gym")
+    folders = (root / "paper", root / "study" / "report_page")  # the style is the study's
+
+    def load(name: str) -> str:
+        folder = next(folder for folder in folders if (folder / name).is_file())
+        return (folder / name).read_text(encoding="utf-8")
+
+    environment = jinja2.Environment(
+        loader=jinja2.FunctionLoader(load),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    environment.filters |= {"cell": _cell, "data": _data, "shown": shown}
+    return environment

@@ -1,0 +1,48 @@
+"""The table "paper | here | verdict", on the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rich.table import Table
+
+from hazbot_gym.paper.numbers import NEAR, NOT, REPRODUCED
+
+COLORS = {REPRODUCED: "green", NEAR: "yellow"}
+
+
+def shown(value: float | None, unit: str = "") -> str:
+    """Return a number as the paper would print it, with its unit; a dash for none."""
+    if value is None:
+        return "-"
+    return f"{round(value, 4):g} {unit}".rstrip()
+
+
+def verdict_table(record: Mapping[str, Any]) -> Table:
+    """Return one row for each number that the paper reports."""
+    table = Table(box=None, pad_edge=False)
+    table.add_column("where", style="dim", no_wrap=True)
+    table.add_column("what")
+    for title in ("paper", "here", "tolerance"):
+        table.add_column(title, justify="right", no_wrap=True)
+    table.add_column("verdict")
+    last = ""
+    for entry in record["numbers"]:
+        word = entry["verdict"].partition(":")[0]
+        table.add_row(
+            entry["source"] if entry["source"] != last else "",
+            entry["what"],
+            shown(entry["paper"], entry["unit"]),
+            shown(entry["here"]),
+            f"± {shown(entry['tolerance'])}" if entry["tolerance"] else "equal",
+            f"[{COLORS.get(word, 'red')}]{entry['verdict']}",
+        )
+        last = entry["source"]
+    return table
+
+
+def summary_line(record: Mapping[str, Any]) -> str:
+    """Return how many numbers there are of each verdict."""
+    counts = ", ".join(f"{record['verdicts'][word]} {word}" for word in (REPRODUCED, NEAR, NOT))
+    return f"{record['reported']} numbers reported: {counts}."

@@ -1,0 +1,36 @@
+"""What may be tuned of each family of rules, and within which bounds; every default lies inside.
+
+The bounds are wide enough that what is best on validation is not at an end of them, as far as that
+was seen; a tuned policy that ends at a bound says so in its record.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Interval(NamedTuple):
+    """A number from low to high, both allowed."""
+
+    low: float
+    high: float
+
+
+Choice = tuple[str, ...]
+Space = dict[str, Interval | Choice]
+
+SPACES: dict[str, Space] = {
+    "constant": {"fraction": Interval(0.05, 1.0)},
+    "stop_on_sight": {"stop_m": Interval(0.2, 2.5)},
+    "stop_when_near": {"stop_m": Interval(0.0, 2.5)},
+    "ssm": {"mode": ("strict", "directional"), "margin_m": Interval(-0.55, 2.0)},
+    "ttc": {"horizon_s": Interval(0.0, 15.0), "margin_m": Interval(0.0, 1.5)},
+    "social_force": {"strength": Interval(0.0, 100.0)},
+    "fuzzy_expert": {
+        "scale": Interval(0.3, 2.0),
+        "t_norm": ("min", "product"),
+        "pattern": ("crisp", "gaussian"),
+        "release": ("false", "true"),
+        "horizon_s": Interval(0.0, 2.0),
+    },
+}

@@ -1,0 +1,184 @@
+"""Tuning a family of rules on validation scenarios, with the same budget for every family.
+
+The search is Optuna's tree-structured Parzen estimator (Bergstra et al. 2011). Trial 0 is the
+family as it comes, so that nothing is tuned to be worse. Each trial is written before the next one
+begins, and its sampler is seeded by the trial's number: a killed search goes on as if it had not
+been.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from hazbot_gym.errors import InvalidInput, MissingExtra
+from hazbot_gym.policies import base
+from hazbot_gym.policies.search_spaces import SPACES, Interval, Space
+from hazbot_gym.study import files, provenance, rollout
+from hazbot_gym.study.config import PATTERN_SETS, ScenarioSet
+from hazbot_gym.study.summary import means
+
+try:
+    import optuna
+except ImportError as error:
+    raise MissingExtra(error.name or "optuna", "study") from error
+
+FIRST_AT_RANDOM = 10  # trials before the estimator has something to go by
+AT_A_BOUND = 0.02  # share of an interval's width within which its best value counts as at the end
+ROOT = 1  # of the seeds of validation episodes; the sets' names keep them from a study's
+
+Record = dict[str, Any]
+
+
+class Search(NamedTuple):
+    """All that decides what a search finds."""
+
+    family: str  # a name of ``SPACES``
+    trials: int = 50
+    seed: int = 0
+    episodes: int = 100  # in every set
+    sets: tuple[ScenarioSet, ...] = PATTERN_SETS
+
+    def identity(self) -> str:
+        """Return a hash that two searches share if they are the same, and run by the same code."""
+        sets = [each.model_dump(mode="json") for each in self.sets]
+        text = json.dumps([*self[:-1], sets, provenance.stamp()])
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def tune(
+    search: Search,
+    path: Path,
+    *,
+    threads: int = 1,
+    on_progress: Callable[[], None] = lambda: None,
+) -> Record:
+    """Run what is left of a search, and return its record.
+
+    Args:
+        search: What to search.
+        path: File of the record; one of the very same search is gone on with.
+        threads: That step the worlds; no number depends on it.
+        on_progress: Called after each trial.
+
+    Raises:
+        InvalidInput: There is no such family, or the file holds something else.
+    """
+    space = _space_of(search.family)
+    trials = _known_trials(path, search)
+    while len(trials) < search.trials:
+        number = len(trials)
+        options = _next_options(space, trials, search.seed) if number else _defaults(search.family)
+        policy = spec_of(search.family, options)
+        trials.append({"policy": policy, "options": options, **_judge(policy, search, threads)})
+        files.write_json(path, _record(search, trials))
+        on_progress()
+    return _record(search, trials)
+
+
+def spec_of(family: str, options: dict[str, Any]) -> str:
+    """Return the line of text that makes a family's policy with some options."""
+    values = (f"{name}={value}" for name, value in options.items())
+    return f"{family}:{','.join(values)}"
+
+
+def _space_of(family: str) -> Space:
+    if family not in SPACES:
+        raise InvalidInput(f"tune: given {family!r}, allowed are {', '.join(SPACES)}")
+    return SPACES[family]
+
+
+def _defaults(family: str) -> dict[str, Any]:
+    """Return the options that may be tuned, as the family comes."""
+    fields = {each.name: each.default for each in dataclasses.fields(base.factory_of(family))}
+    return {name: _as_text(fields[name]) for name in SPACES[family]}
+
+
+def _as_text(value: Any) -> Any:
+    return str(value).lower() if isinstance(value, bool) else value
+
+
+def _distributions(space: Space) -> dict[str, Any]:
+    return {
+        name: optuna.distributions.FloatDistribution(*bounds)
+        if isinstance(bounds, Interval)
+        else optuna.distributions.CategoricalDistribution(bounds)
+        for name, bounds in space.items()
+    }
+
+
+def _next_options(space: Space, trials: list[Record], seed: int) -> dict[str, Any]:
+    """Return what to try next, a pure function of the trials so far and the seed."""
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    sampler = optuna.samplers.TPESampler(
+        n_startup_trials=FIRST_AT_RANDOM, multivariate=True, seed=seed + 1000 * len(trials)
+    )
+    distributions = _distributions(space)
+    study = optuna.create_study(direction="maximize", sampler=sampler)
+    study.add_trials(
+        [
+            optuna.trial.create_trial(
+                params=trial["options"], distributions=distributions, value=trial["return"]
+            )
+            for trial in trials
+        ]
+    )
+    chosen = study.ask(distributions).params
+    return {
+        name: float(f"{chosen[name]:.3g}") if isinstance(bounds, Interval) else chosen[name]
+        for name, bounds in space.items()
+    }
+
+
+def _judge(policy: str, search: Search, threads: int) -> dict[str, float | None]:
+    """Return the headline metrics of a policy over all validation scenarios."""
+    rows = [
+        row
+        for scenarios in search.sets
+        for row in rollout.run_block(
+            rollout.Block(policy, _validation(scenarios), 0, search.episodes, ROOT), threads
+        )
+    ]
+    return means(rows)
+
+
+def _validation(scenarios: ScenarioSet) -> ScenarioSet:
+    """Return a set under another name: the name enters the seeds, and these no study may see."""
+    return scenarios.model_copy(update={"name": f"validation of {scenarios.name}"})
+
+
+def _record(search: Search, trials: list[Record]) -> Record:
+    best = max(trials, key=lambda trial: trial["return"])
+    bounds = SPACES[search.family]
+    return {
+        "tuning": search.identity(),
+        "family": search.family,
+        "planned": search.trials,
+        "best": best,
+        "at_a_bound": [
+            name
+            for name, value in best["options"].items()
+            if isinstance(each := bounds[name], Interval)
+            and min(value - each.low, each.high - value) < AT_A_BOUND * (each.high - each.low)
+        ],
+        "trials": trials,
+    }
+
+
+def _known_trials(path: Path, search: Search) -> list[Record]:
+    if not path.exists():
+        return []
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+        identity, trials = record["tuning"], record["trials"]
+    except (OSError, ValueError, KeyError, TypeError):
+        identity, trials = None, []
+    if identity != search.identity():
+        raise InvalidInput(
+            f"tune: {str(path)!r} holds another search or something else; give a new file"
+        )
+    return list(trials)

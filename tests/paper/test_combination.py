@@ -1,0 +1,35 @@
+from __future__ import annotations
+
+import gymnasium
+import numpy as np
+import pytest
+
+from hazbot_gym.paper.combination import SCENARIO, combine
+from hazbot_gym.policies.fuzzy_expert import FuzzyExpert
+
+
+def test_robot_waits_for_the_human_and_goes_on_along_the_circle() -> None:
+    found = combine(3)
+    for events, run in zip(found.found, found.runs, strict=True):
+        assert events.decelerates_s < events.stops_s < events.recovers_s
+        assert events.moving_inside_s == 0.0
+        assert events.least_m < 1.5  # it would have moved within 1.5 m
+        assert run.position_error_m[-50:].max() < 0.005
+    with_human_s, alone_s = found.lap_s()
+    assert with_human_s == pytest.approx(alone_s + 6.5, abs=2.0)
+    assert np.ptp([run.x[-1] for run in found.runs]) > 0.0  # noise is on
+
+
+def test_the_human_is_assessed_as_encountering() -> None:
+    env = gymnasium.make("hazbot_gym/Corridor-v0", scenario=SCENARIO)
+    observation, _ = env.reset(seed=0)
+    layout, labels = env.unwrapped._layout, set()  # type: ignore[attr-defined]
+    for _ in range(150):
+        observation, *_ = env.step(FuzzyExpert().predict(observation)[0])
+        seen = layout.decode(observation)
+        labels |= {
+            name
+            for name in ("crossing", "encountering", "leading", "confronting")
+            if seen[f"person0_{name}"] > 0.5
+        }
+    assert labels == {"encountering"}

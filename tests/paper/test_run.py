@@ -1,0 +1,120 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.paper import run
+from hazbot_gym.paper.chapter import Chapter, Picture, Table
+from hazbot_gym.paper.docs_page import page as docs_page
+from hazbot_gym.paper.numbers import reported
+from hazbot_gym.paper.page import make_page
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 2 1"><rect width="2" height="1"/></svg>'
+
+
+def chapters() -> list[Chapter]:
+    """Return two chapters with a value for every number, one of them far off."""
+    here = {n: each.paper for n, each in reported().numbers.items() if each.rule != "absent"}
+    first, second = dict(list(here.items())[:20]), dict(list(here.items())[20:])
+    second["circle_pid_position_max_m"] = 0.142
+    table = Table("Plants & <motors>", ("plant", "error [m]"), [("A", 0.08765), ("B", None)])
+    return [
+        Chapter("2", "Design", first, {}, ("One <b>.",)),
+        Chapter(
+            "3",
+            "Rest",
+            second,
+            {"wins": 0.44},
+            ("Two.",),
+            (table,),
+            (Picture("it", "F", "c", SVG),),
+        ),
+    ]
+
+
+@pytest.fixture
+def fake(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let chapters be made without running anything."""
+    monkeypatch.setattr(run, "run_chapters", lambda **_: chapters())
+
+
+def test_a_run_leaves_record_page_and_pictures(tmp_path: Path, fake: None) -> None:
+    record = run.reproduce(tmp_path / "new", quick=True)
+    assert json.loads((tmp_path / "new" / "paper.json").read_text(encoding="utf-8")) == record
+    assert (tmp_path / "new" / "figures" / "it.svg").read_text(encoding="utf-8") == SVG
+    page = (tmp_path / "new" / "paper.html").read_text(encoding="utf-8")
+    assert "The paper, run again" in page
+    assert record["verdicts"]["not reproducible"] == 1 + 2  # that one, and what is absent
+    assert record["chapters"]["3"] == {"wins": 0.44}
+
+
+def test_results_of_the_same_code_are_kept_and_of_other_code_not_replaced_unasked(
+    tmp_path: Path, fake: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    record = run.reproduce(tmp_path, quick=True)
+    monkeypatch.setattr(run, "run_chapters", lambda **_: pytest.fail("it was there already"))
+    assert run.reproduce(tmp_path, quick=True) == record
+    with pytest.raises(InvalidInput, match="--force"):
+        run.reproduce(tmp_path, quick=False)
+    monkeypatch.setattr(run, "run_chapters", lambda **_: chapters())
+    assert run.reproduce(tmp_path, quick=False, is_replacing=True)["form"] == "full"
+
+
+def test_a_killed_run_is_run_again_and_foreign_files_are_left_alone(
+    tmp_path: Path, fake: None
+) -> None:
+    run.reproduce(tmp_path / "killed", quick=True)
+    (tmp_path / "killed" / "paper.html").unlink()
+    run.reproduce(tmp_path / "killed", quick=True)
+    assert (tmp_path / "killed" / "paper.html").exists()
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.tex").write_text("")
+    with pytest.raises(InvalidInput, match="no paper's"):
+        run.reproduce(tmp_path / "mine", is_replacing=True)
+
+
+def page_of(found: list[Chapter]) -> str:
+    return make_page(run.record_of(found, "quick x", quick=True), found)
+
+
+def test_page_escapes_what_it_is_filled_with_and_shows_every_number() -> None:
+    page = page_of(chapters())
+    assert "One &lt;b&gt;." in page
+    assert "Plants &amp; &lt;motors&gt;" in page
+    assert "0.0877" in page  # three digits that count
+    for each in reported().numbers.values():
+        assert each.where in page
+
+
+def test_docs_page_tells_what_did_not_come_out() -> None:
+    record: dict[str, Any] = run.record_of(chapters(), "quick x", quick=True)
+    text = docs_page(
+        "$record\n$summary\n$missed\n$findings\n$lines\n$numbers", record, name="paper.json"
+    )
+    assert "| PID, largest position error (section 5.2, Figure 20a) | 0.1 m | 0.142 |" in text
+    assert text.count("not reproducible: ") == 3
+    assert "`core.tracking:pose_error`" in text
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 900), (390, 844)])
+def test_page_opens_in_a_browser_and_fits(
+    browser: Any, tmp_path: Path, width: int, height: int
+) -> None:
+    path = tmp_path / "paper.html"
+    path.write_text(page_of(chapters()), encoding="utf-8")
+    browser.open(path, width, height)
+    wide, seen, pictures = browser.run("""
+        return [
+          document.documentElement.scrollWidth,
+          document.documentElement.clientWidth,
+          [...document.images].map((image) => image.naturalWidth),
+        ];
+    """)
+    assert wide == seen <= width
+    assert pictures
+    assert min(pictures) > 0
+    assert browser.complaints == []

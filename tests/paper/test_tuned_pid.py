@@ -1,0 +1,71 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hazbot_gym.core.fuzzy_pid import FuzzyPid
+from hazbot_gym.core.pid import PidGains
+from hazbot_gym.paper import tuned_pid
+from hazbot_gym.paper.circle import Figures
+from hazbot_gym.paper.tuned_pid import MEMBERS, MOST, lost, objective, tune, wins
+
+PID = tuned_pid.pid(PidGains())
+FUZZY = tuned_pid.fuzzy_pid(PidGains(), FuzzyPid())
+
+
+def test_neither_controller_can_be_given_larger_gains_than_the_paper_s_fuzzy_pid_reaches() -> None:
+    for shares in np.random.default_rng(0).uniform(size=(50, 6)):
+        drive = tuned_pid.fuzzy_pid_of(shares)
+        spans = [drive["fuzzy"][name] for name in ("kp_span", "ki_span", "kd_span")]
+        largest = np.array(list(drive["pid"].values())) + tuned_pid.REACH * np.array(spans)
+        assert (largest <= MOST + 1e-9).all()
+        assert (np.array(list(tuned_pid.pid_of(shares[:3])["pid"].values())) <= MOST).all()
+
+
+def test_objective_is_the_mean_of_the_ratios() -> None:
+    assert objective(Figures(1.0, 2.0, 3.0, 4.0), Figures(2.0, 2.0, 2.0, 2.0)) == 1.25
+
+
+def test_both_searches_drive_the_same_number_of_laps_and_come_to_something_better() -> None:
+    one = tune(tuned_pid.pid_of, 3, generations=3, seed=1)
+    other = tune(tuned_pid.fuzzy_pid_of, 6, generations=3, seed=1)
+    assert one.laps == other.laps == 4 * MEMBERS
+    assert one.objective < 1.0
+    assert one == tune(tuned_pid.pid_of, 3, generations=3, seed=1)
+    assert objective(tuned_pid.run(one.drive), tuned_pid.run(PID)) == pytest.approx(one.objective)
+
+
+def test_a_larger_proportional_gain_alone_beats_the_fuzzy_pid() -> None:
+    # SPEC section 5 on plant B: (17, 4, 3) is better in all four figures.
+    larger = tuned_pid.run(tuned_pid.pid(PidGains(17.0, 4.0, 3.0)))
+    assert larger == pytest.approx((0.089, 0.080, 17.25, 18.97), rel=0.03)
+    assert all(np.less(larger, tuned_pid.run(FUZZY)))
+
+
+def row(controller: str, *errors: float) -> dict[str, object]:
+    fields = dict(zip(tuned_pid.Errors._fields, errors, strict=True))
+    return {"controller": controller, **fields}
+
+
+def test_wins_are_counted_where_somebody_keeps_to_the_circle() -> None:
+    gone = (np.inf,) * 4
+    rows = [
+        *(row("a", 1.0, 1.0, 1.0, 1.0), row("b", 2.0, 2.0, 2.0, 2.0)),  # better in all
+        *(row("a", 1.0, 1.0, 1.0, 9.0), row("b", 2.0, 2.0, 2.0, 2.0)),  # worse on average
+        *(row("a", *gone), row("b", 2.0, 2.0, 2.0, 2.0)),  # lost
+        *(row("a", *gone), row("b", *gone)),  # does not count
+    ]
+    found = wins(rows, "a", "b")
+    assert found.cases == 3
+    assert found.in_all == pytest.approx(1 / 3)
+    assert found.on_average == pytest.approx(1 / 3)
+    assert found.median_ratio == pytest.approx(0.5 * (0.5 + 1.5))
+    assert (lost(rows, "a"), lost(rows, "b")) == (2, 1)
+
+
+def test_sweep_drives_every_controller_under_every_disturbance() -> None:
+    rows = tuned_pid.sweep({"PID": PID, "fuzzy-PID": FUZZY}, every=20)
+    assert len(rows) == 2 * 4 * 2
+    assert {row["disturbance"] for row in rows} == set(tuned_pid.DISTURBANCES)
+    by_disturbance = {row["disturbance"]: row for row in rows if row["controller"] == "PID"}
+    assert len({each["position_rms_m"] for each in by_disturbance.values()}) == 4

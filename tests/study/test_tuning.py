@@ -1,0 +1,100 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies import base
+from hazbot_gym.policies.knobs import KNOBS
+from hazbot_gym.policies.search_spaces import SPACES, Interval
+from hazbot_gym.study import tuning
+from hazbot_gym.study.config import PATTERN_SETS
+from hazbot_gym.study.tuning import Search, tune
+
+
+@pytest.fixture
+def hill(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Judge policies by how near their knob is to 0.7, without running anything."""
+
+    def judge(policy: str, search: Search, threads: int) -> dict[str, Any]:
+        value = float(policy.partition("fraction=")[2])
+        return {"return": -((value - 0.7) ** 2)}
+
+    monkeypatch.setattr(tuning, "_judge", judge)
+
+
+@pytest.mark.parametrize("family", SPACES)
+def test_every_default_lies_inside_its_bounds(family: str) -> None:
+    for name, value in tuning._defaults(family).items():
+        bounds = SPACES[family][name]
+        if isinstance(bounds, Interval):
+            assert bounds.low <= value <= bounds.high
+        else:
+            assert value in bounds
+
+
+@pytest.mark.parametrize("family", SPACES)
+def test_whatever_may_be_tuned_makes_a_policy(family: str) -> None:
+    base.make(tuning.spec_of(family, tuning._defaults(family)))
+    for end in (0, -1):
+        base.make(
+            tuning.spec_of(family, {name: each[end] for name, each in SPACES[family].items()})
+        )
+
+
+def test_every_family_with_a_knob_can_be_tuned_by_it() -> None:
+    for family, knob in KNOBS.items():
+        assert knob.option in SPACES[family]
+
+
+def test_a_search_finds_the_top_of_a_hill(tmp_path: Path, hill: None) -> None:
+    record = tune(Search("constant", trials=30), tmp_path / "constant.json")
+    assert record["best"]["options"]["fraction"] == pytest.approx(0.7, abs=0.05)
+    assert record["trials"][0]["policy"] == "constant:fraction=1.0"  # as it comes
+    assert record["at_a_bound"] == []
+
+
+def test_a_best_value_at_a_bound_is_told(
+    tmp_path: Path, hill: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(SPACES, "constant", {"fraction": Interval(0.05, 0.5)})
+    monkeypatch.setattr(tuning, "_defaults", lambda family: {"fraction": 0.5})
+    record = tune(Search("constant", trials=5), tmp_path / "constant.json")
+    assert record["at_a_bound"] == ["fraction"]
+
+
+def test_a_killed_search_goes_on_as_if_it_had_not_been(
+    tmp_path: Path, hill: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole, cut = tmp_path / "whole.json", tmp_path / "cut.json"
+    tune(Search("constant", trials=20), whole)
+
+    def stop() -> None:
+        if len(json.loads(cut.read_text(encoding="utf-8"))["trials"]) == 7:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        tune(Search("constant", trials=20), cut, on_progress=stop)
+    tune(Search("constant", trials=20), cut)
+    assert cut.read_bytes() == whole.read_bytes()
+
+
+def test_another_search_s_file_is_left_alone(tmp_path: Path, hill: None) -> None:
+    path = tmp_path / "constant.json"
+    tune(Search("constant", trials=2), path)
+    before = path.read_bytes()
+    with pytest.raises(InvalidInput, match="another search"):
+        tune(Search("constant", trials=2, seed=1), path)
+    assert path.read_bytes() == before
+    with pytest.raises(InvalidInput, match="allowed are constant"):
+        tune(Search("telepathy"), path)
+
+
+def test_validation_meets_other_scenarios_than_a_study(tmp_path: Path) -> None:
+    sets = (PATTERN_SETS[0],)
+    record = tune(Search("constant", trials=1, episodes=2, sets=sets), tmp_path / "c.json")
+    assert tuning._validation(sets[0]).name == "validation of Crossing"
+    assert record["best"]["time_ratio"] == pytest.approx(1.0, abs=0.2)
