@@ -168,6 +168,9 @@ def test_list_shows_environments_scenarios_and_policies() -> None:
     assert result.exit_code == 0
     for name in ("hazbot_gym/Corridor-v0", "hazbot_gym/Replay-v0", "E5.5", "fuzzy_expert"):
         assert name in result.stdout
+    shown = " ".join(result.stdout.split())
+    assert "open, ideal drive, one walker from (2.750, 4.763) m" in shown
+    assert "circle, motor B, nobody there" in shown
 
 
 def test_study_writes_its_files_and_shows_a_table(empty_folder: Path) -> None:

@@ -30,9 +30,17 @@ class Combination(NamedTuple):
         """Return the RMS position error while the human is there, and alone [m]."""
         return _rms(self.runs), _rms(self.alone)
 
-    def largest_m(self) -> tuple[float, float]:
-        """Return the largest position error while the human is there, and alone [m]."""
-        return _largest(self.runs), _largest(self.alone)
+    def largest_m(self, from_s: float = 0.0) -> tuple[float, float]:
+        """Return the largest position error from a time on, with the human and alone [m]."""
+        return _largest(self.runs, from_s), _largest(self.alone, from_s)
+
+    def final_m(self, last_s: float) -> tuple[float, float]:
+        """Return the largest position error in the last seconds of the lap, likewise [m]."""
+        return _final(self.runs, last_s), _final(self.alone, last_s)
+
+    def arrivals(self) -> float:
+        """Return the share of laps with the human that were driven to their end."""
+        return float(np.mean([len(run.time_s) < STEPS for run in self.runs]))
 
     def lap_s(self) -> tuple[float, float]:
         """Return the mean time of the lap with and without the human [s]."""
@@ -54,8 +62,12 @@ def _rms(runs: list[Meeting]) -> float:
     return float(np.sqrt(np.mean(_errors(runs) ** 2)))
 
 
-def _largest(runs: list[Meeting]) -> float:
-    return float(_errors(runs).max())
+def _largest(runs: list[Meeting], from_s: float) -> float:
+    return max(float(run.position_error_m[run.time_s >= from_s].max()) for run in runs)
+
+
+def _final(runs: list[Meeting], last_s: float) -> float:
+    return max(_largest([run], float(run.time_s[-1]) - last_s) for run in runs)
 
 
 def _duration(runs: list[Meeting]) -> float:

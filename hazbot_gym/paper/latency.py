@@ -56,6 +56,13 @@ def sweep(scenario: str, *, seeds: int, steps: Sequence[int] = STEPS) -> Delayed
     return Delayed(delay_s, inside_s, hits, first_s)
 
 
+def costliest(rows: Sequence[dict[str, Any]]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the row with the largest kinetic intrusion, and its family's without a delay."""
+    worst = max(rows, key=lambda row: row["kinetic_intrusion_m2"])
+    same = [row for row in rows if row["family"] == worst["family"]]
+    return worst, min(same, key=lambda row: row["delay_s"])
+
+
 def families(episodes: int) -> list[dict[str, Any]]:
     """Return how delays tell among people who are drawn at random and react."""
     rows = []

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 from rich.table import Table
 
-from hazbot_gym.config import SCENARIOS
+from hazbot_gym.config import SCENARIOS, Config, make_config
 from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
 from hazbot_gym.policies import base
 
@@ -16,17 +15,20 @@ def tables() -> Iterator[Table]:
     """Yield one table each of environments, scenarios and policies."""
     environments = {f"{NAMESPACE}/{name}": text for name, (text, _) in ENVIRONMENTS.items()}
     yield _table("Environments", environments)
-    scenarios = {name: _walker(deltas) for name, deltas in SCENARIOS.items()}
+    scenarios = {name: _described(make_config(scenario=name)) for name in SCENARIOS}
     yield _table("Named scenarios of the paper (scenario=...)", scenarios)
     yield _table("Policies", base.names())
 
 
-def _walker(deltas: Mapping[str, Any]) -> str:
-    """Return where the only walker of a scenario starts and how it walks."""
-    walker = deltas["people"]["walkers"][0]
-    position = f"({walker['x_m']:.3f}, {walker['y_m']:.3f}) m"
-    velocity = f"({walker['vx_mps']:.3f}, {walker['vy_mps']:.3f}) m/s"
-    return f"one walker from {position} at {velocity}"
+def _described(config: Config) -> str:
+    """Return where a scenario takes place, with which drive, and how its walker walks."""
+    drive = "ideal drive" if config.drive.wheel_loop == "ideal" else f"motor {config.drive.plant}"
+    walkers = [
+        f"one walker from ({one.x_m:.3f}, {one.y_m:.3f}) m at ({one.vx_mps:.3f}, {one.vy_mps:.3f}) "
+        "m/s"
+        for one in config.people.walkers
+    ]
+    return f"{config.place}, {drive}, {', '.join(walkers) or 'nobody there'}"
 
 
 def _table(title: str, rows: Mapping[str, str]) -> Table:

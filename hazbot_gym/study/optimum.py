@@ -137,9 +137,11 @@ def _refuse(config: Config, scenario: Scenario) -> None:
             "the optimum is exact for 'scripted' alone"
         )
     drive = config.drive
-    if drive.wheel_loop != "ideal" or drive.heading_noise_rad or drive.reflex_stop_m:
+    is_as_told = drive.wheel_loop == "ideal" and not drive.heading_noise_rad
+    if not is_as_told or drive.reflex_stop_m or drive.latency_steps or drive.line_sensor.pitch_m:
         raise InvalidInput(
-            "drive: the optimum needs wheel_loop ideal, heading_noise_rad 0 and reflex_stop_m 0"
+            "drive: the optimum needs wheel_loop ideal, heading_noise_rad, reflex_stop_m and "
+            "latency_steps 0, and no line_sensor"
         )
 
 

@@ -24,6 +24,7 @@ OPTIONS: list[dict[str, Any]] = [
     {"people": {"model": "seeded"}, "sensors": {"ultrasonic": {"cross_talk": 0.3}}},
     {"people": {"count": [0, 10]}, "sensors": {"tracker": {"latency_steps": 4, "dropout": 0.3}}},
     {"action_type": "discrete", "drive": {"wheel_loop": "pid", "plant": "C"}},
+    {"drive": {"latency_steps": 3, "line_sensor": {"pitch_m": 0.01}}, "place": "circle"},
 ]
 
 

@@ -257,6 +257,34 @@ def test_the_reflex_stops_before_what_the_front_sensors_hear() -> None:
     assert 1.0 < env.snapshot().x < 2.2
 
 
+def test_a_late_drive_does_the_same_later() -> None:
+    drive = {"wheel_loop": "ideal", "heading_noise_rad": 0.0}
+    prompt, late = (with_walker(9.0, 3.0, 0.0, drive={**drive, "latency_steps": n}) for n in (0, 6))
+    speeds = np.random.default_rng(3).uniform(-1.0, 1.0, (40, 1))
+    told = np.zeros((40, 2, 2))
+    for k, action in enumerate(speeds):
+        for i, env in enumerate((prompt, late)):
+            env.step(action)
+            told[k, i] = env.snapshot().command_mps, env.snapshot().speed_mps
+    assert told[:, 0, 0].tolist() == told[:, 1, 0].tolist()
+    assert told[:6, 1, 1].tolist() == [0.0] * 6
+    assert told[6:, 1, 1] == pytest.approx(told[:-6, 0, 1], abs=1e-12)
+
+
+def test_the_reflex_does_not_wait_for_a_late_command() -> None:
+    """The policy's own stop comes late: at 0.5 m/s a second is half a metre."""
+
+    def end_m(latency_steps: int, reflex_stop_m: float, stops_at_m: float) -> float:
+        drive = {"reflex_stop_m": reflex_stop_m, "latency_steps": latency_steps}
+        env = with_walker(4.0, 0.0, 0.0, drive=drive)
+        for _ in range(120):
+            env.step(FULL if env.snapshot().x < stops_at_m else STOP)
+        return env.snapshot().x
+
+    assert end_m(10, 0.8, 9.0) == pytest.approx(end_m(0, 0.8, 9.0), abs=0.05)
+    assert end_m(10, 0.0, 1.5) == pytest.approx(end_m(0, 0.0, 1.5) + 0.5, abs=0.05)
+
+
 # --- options of reset, snapshots, pictures -------------------------------------------------------
 
 

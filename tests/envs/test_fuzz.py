@@ -41,6 +41,10 @@ drives = st.fixed_dictionaries(
         "acceleration_mps2": fractions(0.3, 5.0),
         "deceleration_mps2": fractions(0.3, 5.0),
         "reflex_stop_m": fractions(0.0, 2.0),
+        "latency_steps": st.integers(0, 50),
+        "line_sensor": st.fixed_dictionaries(
+            {"pitch_m": st.floats(0.0, 0.1)}, optional={"line_m": st.floats(0.001, 0.1)}
+        ),
         "wheel_loop": st.sampled_from(["fuzzy_pid", "pid", "ideal"]),
         "plant": st.sampled_from(["A", "B", "A0", "C"]),
         "tables": st.sampled_from(["textbook", "symmetric"]),

@@ -196,12 +196,16 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "noisy ears": {"sensors": {"ultrasonic": {"cross_talk": 0.2, "gaussian": True}}},
     "one sensor at a time": {"sensors": {"ultrasonic": {"sequential": True}}},
     "reflex": {"drive": {"reflex_stop_m": 1.0}, "tier": "sonar"},
+    "slow drive": {"drive": {"latency_steps": 7, "start_speed_mps": 0.2}},
+    "slow drive with a reflex": {"drive": {"latency_steps": 4, "reflex_stop_m": 1.0}},
+    "eight lamps": {"drive": {"line_sensor": {"pitch_m": 0.015}}, "place": "circle"},
     "PID drive": {"drive": {"wheel_loop": "pid", "plant": "B", "start_speed_mps": 0.3}},
     "ideal drive": {"drive": {"wheel_loop": "ideal"}},
     "another clock": {"clock": {"physics_s": 0.005, "social_s": 0.1, "decision_s": 0.2}},
     "nobody": {"people": {"count": [0, 0]}},
     "crowd": {"people": {"count": [12, 12]}, "place": "intersection"},
     "named scenario": {"scenario": "E*"},
+    "circle and human": {"scenario": "circle+human"},
 }
 
 
@@ -252,7 +256,12 @@ RICH = make_config(
             {"gain": gain, "range_m": 2.0, "attraction_mps2": 0.2} for gain in (0.5, 1.0, 1.5, 2.0)
         ],
     },
-    drive={"plant": {"T2": 0.02, "u_max": 8.0}, "reflex_stop_m": 0.5},
+    drive={
+        "plant": {"T2": 0.02, "u_max": 8.0},
+        "reflex_stop_m": 0.5,
+        "latency_steps": 2,
+        "line_sensor": {"pitch_m": 0.015},
+    },
     sensors={
         "ultrasonic": {"cross_talk": 0.1, "range_m": 3.0, "miss_angle_rad": 1.05},
         "tracker": {"dropout": 0.1, "latency_steps": 1, "moving_mps": 1.2},
@@ -265,6 +274,8 @@ HANDFUL = [
     "drive.pid.kd",
     "drive.fuzzy.kp_span",
     "drive.wheel_noise_radps",
+    "drive.latency_steps",
+    "drive.line_sensor.pitch_m",
     "people.speeds.mean_mps",
     "people.force.relaxation_time_s",
     "people.force.robot_strength_mps2",

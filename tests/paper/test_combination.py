@@ -15,6 +15,11 @@ def test_robot_waits_for_the_human_and_goes_on_along_the_circle() -> None:
         assert events.moving_inside_s == 0.0
         assert events.least_m < 1.5  # it would have moved within 1.5 m
         assert run.position_error_m[-50:].max() < 0.005
+    assert found.arrivals() == 1.0
+    with_human_m, alone_m = found.largest_m(found.found[0].decelerates_s)
+    assert 0.03 < with_human_m < found.largest_m()[0]  # waiting disturbs less than the start
+    assert alone_m < 0.015
+    assert max(found.final_m(10.0)) < 0.003
     with_human_s, alone_s = found.lap_s()
     assert with_human_s == pytest.approx(alone_s + 6.5, abs=2.0)
     assert np.ptp([run.x[-1] for run in found.runs]) > 0.0  # noise is on

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import math
 
-from hazbot_gym.paper.latency import families, sweep
+from hazbot_gym.paper.latency import costliest, families, sweep
 
 
 def test_a_late_robot_moves_on_near_the_human() -> None:
@@ -23,3 +23,16 @@ def test_crossing_bears_more_and_then_ends_in_a_touch() -> None:
 def test_delay_costs_intrusion_among_people_who_react() -> None:
     rows = [row for row in families(10) if row["family"] == "Encountering"]
     assert rows[-1]["kinetic_intrusion_m2"] > 3.0 * rows[0]["kinetic_intrusion_m2"]
+
+
+def test_a_family_is_compared_with_itself() -> None:
+    rows = [
+        {"family": family, "delay_s": delay_s, "kinetic_intrusion_m2": intrusion}
+        for family, delay_s, intrusion in (
+            ("A", 0.0, 0.1),
+            ("A", 1.0, 0.2),
+            ("B", 0.0, 0.3),
+            ("B", 1.0, 0.9),
+        )
+    ]
+    assert costliest(rows) == (rows[3], rows[2])

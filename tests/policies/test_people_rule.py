@@ -12,7 +12,7 @@ from hazbot_gym.study.rollout import evaluate
 from hazbot_gym.task.observation import LAYOUTS, PERSON_SLOTS
 
 SONAR, TRACKS = LAYOUTS["sonar"], LAYOUTS["tracks"]
-RULES = ("fuzzy_expert", "ssm", "ssm:mode=directional", "ttc")
+RULES = ("fuzzy_expert", "ssm", "ssm:mode=directional", "ttc", "social_force:strength=16")
 
 
 def hears(front_m: npt.ArrayLike, v: float = 0.5) -> npt.NDArray[np.float32]:

@@ -7,6 +7,7 @@ import numpy.typing as npt
 import pytest
 
 from hazbot_gym.core.social_force import HELBING_MOLNAR_1995
+from hazbot_gym.paper.meetings import events, meet
 from hazbot_gym.policies import make
 from hazbot_gym.policies.social_force import RADII_M, SocialForceSpeed
 from hazbot_gym.study.rollout import evaluate
@@ -16,11 +17,14 @@ TRACKS = LAYOUTS["tracks"]
 TAU_S, DT_S = HELBING_MOLNAR_1995.relaxation_time_s, 0.1
 
 
-def observe(*people: tuple[float, float], v: float = 0.5) -> npt.NDArray[np.float32]:
+def observe(
+    *people: tuple[float, float], v: float = 0.5, closing_mps: float = 0.0
+) -> npt.NDArray[np.float32]:
     """Return what a robot at v sees of people at a clearance [m] and a bearing [deg]."""
     seen = {"speed_mps": v}
     for i, (clearance_m, bearing_deg) in enumerate(people):
         seen[f"person{i}_present"] = 1.0
+        seen[f"person{i}_closing_mps"] = closing_mps
         seen[f"person{i}_distance_m"] = clearance_m + RADII_M
         seen[f"person{i}_bearing_cos"] = math.cos(math.radians(bearing_deg))
         seen[f"person{i}_bearing_sin"] = math.sin(math.radians(bearing_deg))
@@ -81,18 +85,22 @@ def test_stacked_observations_get_the_actions_of_each() -> None:
     assert np.array_equal(actions, [SocialForceSpeed().predict(row)[0] for row in rows])
 
 
-@pytest.mark.parametrize("y_m", [0.0, 0.15])
+@pytest.mark.parametrize("clearance_m", [1.2, 0.9, 0.6, 0.3])
+def test_whoever_comes_is_answered_at_least_as_hard_as_who_stands(clearance_m: float) -> None:
+    # A repulsion along the relative step cancels itself on the line of sight, and once did.
+    standing, coming = (observe((clearance_m, 0.0), v=0.4, closing_mps=c) for c in (0.4, 1.0))
+    assert speed(coming) <= speed(standing) < speed(observe(v=0.4))
+
+
 @pytest.mark.parametrize("strength", [1.0, 16.0])
-def test_somebody_who_comes_straight_at_it_finds_it_standing(y_m: float, strength: float) -> None:
-    # A repulsion along the relative step would cancel itself on the line of sight, and did.
-    walker = {"x_m": 4.5, "y_m": y_m, "vx_mps": -0.5, "vy_mps": 0.0}
-    (row,) = evaluate(
-        f"social_force:strength={strength:g}",
-        "hazbot_gym/Corridor-v0",
-        episodes=1,
-        overrides={"scenario": "E*", "people": {"walkers": [walker]}},
+def test_somebody_who_comes_straight_at_it_finds_it_standing(strength: float) -> None:
+    walker = {"x_m": 4.5, "y_m": 0.0, "vx_mps": -0.5, "vy_mps": 0.0}
+    (met,) = meet(
+        "E*", SocialForceSpeed(strength=strength), overrides={"people": {"walkers": [walker]}}
     )
-    assert row["contact_robot_caused"] == 0.0
+    assert met.is_touching  # walkers of the script do not stop
+    assert abs(met.speed_mps[-1]) < 0.025
+    assert events(met).hits == 0.0
 
 
 def test_it_arrives_in_the_paper_s_scenarios_on_the_drive_in_earnest() -> None:

@@ -11,6 +11,7 @@ import pytest
 from hazbot_gym.config import Drive
 from hazbot_gym.core.fuzzy_pid import gain_table
 from hazbot_gym.core.geometry import circle_path, path_length, straight_path
+from hazbot_gym.core.line_sensor import LineSensor
 from hazbot_gym.core.pid import PLANTS
 from hazbot_gym.core.state import LEFT, RIGHT, ROBOT, WHEEL, Floats, Records, as_record, records
 from hazbot_gym.errors import InvalidInput
@@ -18,6 +19,7 @@ from hazbot_gym.sim.drive import (
     drive,
     drive_parameters,
     free_time_s,
+    obey,
     start_drive,
     update_pose_error,
 )
@@ -222,3 +224,51 @@ def test_parameters_are_the_config_in_numbers() -> None:
     assert p.plant == PLANTS["B"]
     assert (p.wheel_loop, p.acceleration_mps2, p.dt_s) == (1, 0.3, DT_S)
     assert drive_parameters(Drive(plant=PLANTS["C"]), DT_S).plant == PLANTS["C"]
+
+
+# --- latency and the line sensor -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("latency_steps", "expected"),
+    [
+        (0, [0.1, 0.5, 0.3, 0.0, 0.4]),
+        (1, [0.2, 0.1, 0.5, 0.3, 0.0]),
+        (3, [0.2, 0.2, 0.2, 0.1, 0.5]),  # what it started with, before there is a command
+    ],
+)
+def test_drive_obeys_the_command_of_some_decisions_ago(
+    latency_steps: int, expected: list[float]
+) -> None:
+    robot, pending = records(ROBOT, 1).view(np.recarray)[0], np.full(latency_steps + 1, 0.2)
+    obeyed = []
+    for k, command_mps in enumerate([0.1, 0.5, 0.3, 0.0, 0.4]):
+        robot.command = command_mps
+        obey(robot, pending, k)
+        obeyed.append(float(robot.obeyed))
+
+    assert obeyed == expected
+
+
+def lap(line_sensor: LineSensor) -> Floats:
+    """Return the cross-track error of a lap at every step [m], the start from rest included."""
+    rig = make_rig(CIRCLE, plant="B", line_sensor=line_sensor, **AT_ONCE)
+    return np.array([rig.drive(0.5, step=k)["y_e"] for k in range(4311)])
+
+
+def test_robot_with_eight_lamps_stays_within_half_a_pitch_of_its_circle() -> None:
+    lamps = LineSensor(pitch_m=0.015)
+    exact, shown = lap(LineSensor()), lap(lamps)
+
+    assert np.abs(shown).max() == pytest.approx(np.abs(exact).max(), abs=lamps.pitch_m)
+    assert np.abs(exact[3000:]).max() < 1e-4
+    assert 1e-4 < np.abs(shown[3000:]).max() < 0.5 * lamps.pitch_m
+
+
+def test_robot_that_has_lost_its_line_keeps_what_it_saw_last() -> None:
+    rig = make_rig(CIRCLE, plant="B", line_sensor=LineSensor(0.001, 0.0005), **AT_ONCE)
+    seen = [float(rig.drive(0.5, step=k)["y_seen"]) for k in range(500)]
+
+    assert abs(rig.robots[0]["y_e"]) > 0.01  # the row of lamps ends at 3.75 mm
+    assert abs(seen[-1]) == pytest.approx(0.0035)
+    assert len(set(seen[-100:])) == 1

@@ -108,6 +108,10 @@ def test_what_it_cannot_solve(tmp_path: Path) -> None:
     noisy = make_config(people={"model": "scripted"})
     with pytest.raises(InvalidInput, match="wheel_loop ideal"):
         optimum(noisy, Source(noisy).draw(0), 0)
+    for changes in ({"latency_steps": 1}, {"line_sensor": {"pitch_m": 0.015}}):
+        late = problem(tmp_path, drive={**QUIET_DRIVE, **changes})
+        with pytest.raises(InvalidInput, match="latency_steps 0, and no line_sensor"):
+            optimum(late, Source(late).draw(0), 0)
     sluggish = problem(tmp_path, drive={**QUIET_DRIVE, "acceleration_mps2": 0.3})
     with pytest.raises(InvalidInput, match="slew limits must let the robot gain and lose"):
         optimum(sluggish, Source(sluggish).draw(0), 0)

@@ -88,8 +88,8 @@ def test_walkers_are_the_same_for_every_key_and_not_shared() -> None:
     assert fingerprint(walkers.draw(2)) == fingerprint(walkers.draw(3))
 
 
-@pytest.mark.parametrize("name", SCENARIOS)
-def test_named_scenario_is_one_person_on_an_open_floor(name: str) -> None:
+@pytest.mark.parametrize("name", [name for name in SCENARIOS if not name.startswith("circle")])
+def test_named_meeting_is_with_one_person_on_an_open_floor(name: str) -> None:
     scenario = source(scenario=name).draw(0)
 
     told = SCENARIOS[name]["people"]["walkers"][0]
