@@ -234,7 +234,7 @@ def make_config(
         raise InvalidInput(f"scenario: given {scenario!r}, allowed are {', '.join(SCENARIOS)}")
     deltas: dict[str, Any] = {}
     for layer in (preset or {}, SCENARIOS[scenario] if scenario else {}, _deltas(given), overrides):
-        deltas = _merge(deltas, layer)
+        deltas = merge(deltas, layer)
     try:
         return Config.model_validate(deltas)
     except ValidationError as error:
@@ -304,12 +304,12 @@ def _as_mappings(value: Any) -> Any:
     return value._asdict() if hasattr(value, "_asdict") else value
 
 
-def _merge(base: Mapping[str, Any], deltas: Mapping[str, Any]) -> dict[str, Any]:
+def merge(base: Mapping[str, Any], deltas: Mapping[str, Any]) -> dict[str, Any]:
     """Return ``base`` with ``deltas`` laid over it, section by section."""
     merged = dict(base)
     for key, value in deltas.items():
         below = merged.get(key)
         if isinstance(below, Mapping) and isinstance(value, Mapping):
-            value = _merge(below, value)
+            value = merge(below, value)
         merged[key] = value
     return merged

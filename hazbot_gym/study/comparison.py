@@ -82,10 +82,12 @@ def plan(study: StudyConfig, out: Path) -> Iterator[Shard]:
     common = provenance.stamp(study.tracks)
     stamps = {policy: common + _own_source(policy) for policy in study.policies}
     for scenarios in study.all_sets:
+        episodes = study.episodes_in(scenarios)
+        seed = study.seed if scenarios.seed is None else scenarios.seed
         for policy in study.policies:
-            for first in range(0, study.episodes, study.episodes_per_shard):
-                count = min(study.episodes_per_shard, study.episodes - first)
-                block = Block(policy, scenarios, first, count, study.seed, study.ssm, study.engine)
+            for first in range(0, episodes, study.episodes_per_shard):
+                count = min(study.episodes_per_shard, episodes - first)
+                block = Block(policy, scenarios, first, count, seed, study.ssm, study.engine)
                 yield Shard(block, out / records.SHARDS / _file_name(block), stamps[policy])
 
 
