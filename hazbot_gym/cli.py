@@ -195,7 +195,7 @@ def watch(
 
 @app.command(name="list")
 def list_all() -> None:
-    """Show environments, named scenarios and policies."""
+    """Show environments, named scenarios, the scenario bank and policies."""
     from hazbot_gym.study import catalogue
 
     console = _console()

@@ -192,13 +192,13 @@ class Config(Section):
     reward: RewardWeights = RewardWeights()
 
 
-def _merge(base: Mapping[str, Any], deltas: Mapping[str, Any]) -> dict[str, Any]:
+def merge(base: Mapping[str, Any], deltas: Mapping[str, Any]) -> dict[str, Any]:
     """Return ``base`` with ``deltas`` laid over it, section by section."""
     merged = dict(base)
     for key, value in deltas.items():
         below = merged.get(key)
         if isinstance(below, Mapping) and isinstance(value, Mapping):
-            value = _merge(below, value)
+            value = merge(below, value)
         merged[key] = value
     return merged
 
@@ -264,10 +264,10 @@ SCENARIOS: dict[str, dict[str, Any]] = {
     "E5.5": _E_FAR,  # encountering, the experiment's distance
     "C*": _C_STAR,  # crossing
     "C90": _paper_scenario(3.889, 3.889, 0.0, -0.5),  # crossing at a right angle
-    "E-experiment": _merge(_E_FAR, _AS_BUILT),
-    "C-experiment": _merge(_C_STAR, _AS_BUILT),
+    "E-experiment": merge(_E_FAR, _AS_BUILT),
+    "C-experiment": merge(_C_STAR, _AS_BUILT),
     "circle": _CIRCLE,  # nobody there
-    "circle+human": _merge(_CIRCLE, _HUMAN_ON_THE_WAY),  # the paper's Figure 19
+    "circle+human": merge(_CIRCLE, _HUMAN_ON_THE_WAY),  # the paper's Figure 19
 }
 
 
@@ -293,7 +293,7 @@ def make_config(
         raise InvalidInput(f"scenario: given {scenario!r}, allowed are {', '.join(SCENARIOS)}")
     deltas: dict[str, Any] = {}
     for layer in (preset or {}, SCENARIOS[scenario] if scenario else {}, _deltas(given), overrides):
-        deltas = _merge(deltas, layer)
+        deltas = merge(deltas, layer)
     try:
         return Config.model_validate(deltas)
     except ValidationError as error:

@@ -163,10 +163,10 @@ def test_eval_shows_a_table_for_people() -> None:
     assert "hazbot_gym/Corridor-v0: 1 episode " in result.stdout
 
 
-def test_list_shows_environments_scenarios_and_policies() -> None:
+def test_list_shows_environments_scenarios_the_bank_and_policies() -> None:
     result = hazbot("list")
     assert result.exit_code == 0
-    for name in ("hazbot_gym/Corridor-v0", "hazbot_gym/Replay-v0", "E5.5", "fuzzy_expert"):
+    for name in ("hazbot_gym/Corridor-v0", "hazbot_gym/Replay-v0", "E5.5", "bank:ood/dense", "ssm"):
         assert name in result.stdout
     shown = " ".join(result.stdout.split())
     assert "open, ideal drive, one walker from (2.750, 4.763) m" in shown

@@ -125,7 +125,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": 1.0 / self.config.clock.decision_s}
         self._viewer = Viewer(render_mode, self.config)
-        self._source = Source(self.config)
+        self.source = Source(self.config)
         self._world = World(self.config)
         self._sensors = as_record(sensor_parameters(self.config))
         self._weights = np.array(self.config.reward)
@@ -147,7 +147,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         super().reset(seed=seed)
         key = int(self.np_random.integers(2**63))
         key = _requested_key(options, key)
-        scenario = self._source.draw(key)
+        scenario = self.source.draw(key)
         self._world.reset(scenario.place, scenario.people, scenario.recording, key)
         self._key, self._is_over = key, False
         people = len(scenario.people)

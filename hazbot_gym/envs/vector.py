@@ -124,7 +124,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
 
     def _allocate(self) -> None:
         config, n = self.config, self.num_envs
-        source = Source(config)
+        self.source = source = Source(config)
         self._place_names = np.array(source.names, object)
         self._free_times_s = np.full(len(source.names), np.nan)  # filled in where needed
         self._problem = Problem(

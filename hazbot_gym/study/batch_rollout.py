@@ -20,7 +20,7 @@ from hazbot_gym.envs.vector import CorridorVectorEnv, State
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.study.actions import levels_of
-from hazbot_gym.study.episode import PERSON_COLUMNS, Episode, stack_people
+from hazbot_gym.study.episode import PERSON_COLUMNS, Episode, labels_of, stack_people
 from hazbot_gym.study.metrics import Row
 from hazbot_gym.task.reward import TERMS
 
@@ -63,6 +63,7 @@ def try_out(config: Config, policies: Mapping[str, Policy]) -> None:
     worlds.reset(seed=0)
     worlds.step(np.zeros_like(worlds.action_space.sample()))
     worlds.free_times_s()
+    worlds.source.draw(0)
 
 
 def _try_policy(policy: Policy, name: str, blank: npt.NDArray[np.float32]) -> None:
@@ -88,10 +89,7 @@ def _run_round(
 ) -> Iterator[tuple[Episode, Row]]:
     """Run one episode in each world."""
     observations, start = worlds.reset(seed=seeds)
-    labels: list[Row] = [
-        {"scenario_key": str(key), "place": place}
-        for key, place in zip(start["scenario_key"].tolist(), worlds.places(), strict=True)
-    ]
+    labels = [labels_of(worlds.source, key) for key in start["scenario_key"].tolist()]
     log = _Log(worlds, limit)
     state, is_start = None, np.ones(worlds.num_envs, np.bool_)
     while log.live.any():

@@ -1,4 +1,4 @@
-"""What there is: environments, named scenarios and policies, for ``hazbot list``."""
+"""What there is: environments, named scenarios, the bank and policies, for ``hazbot list``."""
 
 from __future__ import annotations
 
@@ -9,14 +9,20 @@ from rich.table import Table
 from hazbot_gym.config import SCENARIOS, Config, make_config
 from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
 from hazbot_gym.policies import base
+from hazbot_gym.study import bank_sets
 
 
 def tables() -> Iterator[Table]:
-    """Yield one table each of environments, scenarios and policies."""
+    """Yield one table each of environments, scenarios, the scenario bank and policies."""
     environments = {f"{NAMESPACE}/{name}": text for name, (text, _) in ENVIRONMENTS.items()}
     yield _table("Environments", environments)
     scenarios = {name: _described(make_config(scenario=name)) for name in SCENARIOS}
     yield _table("Named scenarios of the paper (scenario=...)", scenarios)
+    groups = {
+        bank_sets.PREFIX + name: f"{bank_sets.size(group):8} {group.meaning}"
+        for name, group in bank_sets.GROUPS.items()
+    }
+    yield _table("Scenario bank (sets: [bank:...] in a study)", groups)
     yield _table("Policies", base.names())
 
 

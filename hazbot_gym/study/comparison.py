@@ -91,17 +91,20 @@ def plan(study: StudyConfig, out: Path, taking_part: list[Entrant]) -> Iterator[
     """Yield the shards of a study, all policies of a scenario set next to each other."""
     common = provenance.stamp(study.tracks)
     policies = [
-        (each.name, spec, seed, common + _own_source(spec))
+        (each.name, spec, training_seed, common + _own_source(spec))
         for each in taking_part
-        for seed, spec in enumerate(each.specs)
+        for training_seed, spec in enumerate(each.specs)
     ]
     for scenarios in study.all_sets:
-        for name, spec, seed, stamp in policies:
-            for first in range(0, study.episodes, study.episodes_per_shard):
-                count = min(study.episodes_per_shard, study.episodes - first)
+        episodes = study.episodes_in(scenarios)
+        seed = study.seed if scenarios.seed is None else scenarios.seed
+        for name, spec, training_seed, stamp in policies:
+            for first in range(0, episodes, study.episodes_per_shard):
+                count = min(study.episodes_per_shard, episodes - first)
                 block = Block(
-                    name, scenarios, first, count, study.seed, study.ssm, study.engine, spec, seed
-                )
+                    name, scenarios, first, count, seed, study.ssm, study.engine, spec,
+                    training_seed,
+                )  # fmt: skip
                 yield Shard(block, out / records.SHARDS / _file_name(block), stamp)
 
 

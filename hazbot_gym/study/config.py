@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -19,6 +19,7 @@ from pydantic import Field, ValidationError, field_serializer, field_validator
 from hazbot_gym.config import Section, first_error, read_yaml
 from hazbot_gym.envs.registration import NAMESPACE
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.study import bank_sets
 from hazbot_gym.study.metrics import SsmThresholds
 
 Engine = Literal["batched", "pymunk"]  # the reference is pymunk; both give the same numbers
@@ -33,6 +34,8 @@ class ScenarioSet(Section):
     name: Annotated[str, MinLen(1)]
     env: str
     overrides: dict[str, Any] = Field(default_factory=dict)
+    episodes: Annotated[int, Ge(1)] | None = None  # how many there are; None: no end of them
+    seed: Annotated[int, Ge(0)] | None = None  # root of their seeds; None: the study's
 
 
 def _preset(name: str) -> ScenarioSet:
@@ -65,13 +68,14 @@ DEFAULT_POLICIES = (
 )
 
 
-def track_sets(folder: Path) -> tuple[ScenarioSet, ...]:
+def track_sets(folder: Path, seed: int | None = None) -> tuple[ScenarioSet, ...]:
     """Return the two sets among real people: walking as recorded, and recorded but reacting."""
     return tuple(
         ScenarioSet(
             name=f"real people, {model}",
             env=f"{NAMESPACE}/Replay-v0",
             overrides={"tracks": str(folder), "people": {"model": model}},
+            seed=seed,
         )
         for model in ("replay", "seeded")
     )
@@ -97,7 +101,7 @@ class StudyConfig(Section):
     reference: str | None = None  # policy that the others are compared with; None: the first
     sets: Annotated[tuple[ScenarioSet, ...], MinLen(1)] = DEFAULT_SETS
     tracks: Path | None = None  # folder of real tracks; adds the two sets among real people
-    episodes: Annotated[int, Ge(1)] = 100  # of every policy in every set
+    episodes: Annotated[int, Ge(1)] = 100  # of every policy in every set that has as many
     episodes_per_shard: Annotated[int, Ge(1)] = 250  # what an interruption may cost
     engine: Engine = "batched"
     seed: Annotated[int, Ge(0)] = 0
@@ -111,14 +115,12 @@ class StudyConfig(Section):
 
     @field_validator("sets", mode="before")
     @classmethod
-    def _names_stand_for_default_sets(cls, sets: Any) -> Any:
-        known = {default.name: default for default in DEFAULT_SETS}
+    def _names_stand_for_sets(cls, sets: Any) -> Any:
+        if isinstance(sets, str):
+            sets = [sets]
         if not isinstance(sets, list | tuple):
             return sets
-        unknown = [item for item in sets if isinstance(item, str) and item not in known]
-        if unknown:
-            raise ValueError(f"given {unknown[0]!r}, allowed are {', '.join(known)} or mappings")
-        return tuple(known[item] if isinstance(item, str) else item for item in sets)
+        return tuple(each for item in sets for each in _sets_meant_by(item))
 
     @field_validator("policies", "sets")
     @classmethod
@@ -132,7 +134,11 @@ class StudyConfig(Section):
     @property
     def all_sets(self) -> tuple[ScenarioSet, ...]:
         """The sets to run: the declared ones, and those among real people if there are tracks."""
-        return self.sets + (track_sets(self.tracks) if self.tracks else ())
+        if not self.tracks:
+            return self.sets
+        # Recordings are no part of the bank, but beside its scenarios their moments stay the same.
+        is_frozen = any(each.seed == bank_sets.ROOT for each in self.sets)
+        return self.sets + track_sets(self.tracks, bank_sets.ROOT if is_frozen else None)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -148,11 +154,33 @@ class StudyConfig(Section):
         """The policy that the others are compared with."""
         return self.reference or self.policies[0]
 
+    def episodes_in(self, scenarios: ScenarioSet) -> int:
+        """Return how many episodes of a set are run."""
+        return min(self.episodes, scenarios.episodes or self.episodes)
+
     def identity(self) -> str:
         """Return a hash that two studies share if and only if their values are equal."""
         trainings = [learner.config.read_text(encoding="utf-8") for learner in self.learners]
         text = json.dumps([self.model_dump(mode="json"), *trainings], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _sets_meant_by(item: Any) -> Sequence[Any]:
+    """Return the sets that an entry of ``sets`` names, or the entry itself, to be validated."""
+    if isinstance(item, Mapping) and "bank" in item:
+        overrides = item.get("overrides", {})
+        if item.keys() - {"bank", "overrides"} or not isinstance(overrides, Mapping):
+            raise ValueError(f"given {dict(item)}, beside bank allowed is a mapping of overrides")
+        return bank_sets.select(str(item["bank"]), overrides)
+    if not isinstance(item, str):
+        return [item]
+    if item.startswith(bank_sets.PREFIX):
+        return bank_sets.select(item.removeprefix(bank_sets.PREFIX))
+    found = [each for each in DEFAULT_SETS if each.name == item]
+    if not found:
+        names = ", ".join(each.name for each in DEFAULT_SETS)
+        raise ValueError(f"given {item!r}, allowed are {names}, bank:NAME or mappings")
+    return found
 
 
 def load_study(path: Path | None = None, **changes: Any) -> StudyConfig:

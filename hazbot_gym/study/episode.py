@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hazbot_gym.core.state import Floats, Ints
+from hazbot_gym.task.fingerprint import fingerprint
+from hazbot_gym.task.scenario import Source
 
 # Columns of ``Episode.people``, by the names of the fields of ``core.state.PERSON``.
 PERSON_COLUMNS = ("x", "y", "vx", "vy", "radius")
@@ -50,6 +52,16 @@ class Episode(NamedTuple):
     time_free_s: float
     horizon_s: float
     robot_radius_m: float
+
+
+def labels_of(source: Source, key: int) -> dict[str, str]:
+    """Return what names the scenario of a key: the key, its place, a hash of what is drawn."""
+    scenario = source.draw(key)
+    return {
+        "scenario_key": str(key),
+        "place": scenario.name,
+        "scenario_hash": fingerprint(scenario),
+    }
 
 
 def stack_people(instants: Ints, people: Floats, count: int) -> Floats:

@@ -100,6 +100,7 @@ def make_page(study: Study) -> str:
         .get_template("page.html")
         .render(
             study=config,
+            episodes=len(study.rows),
             manifest=study.manifest,
             looks=looks,
             looks_json={

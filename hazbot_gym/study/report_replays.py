@@ -107,7 +107,7 @@ def check(again: Row, recorded: Mapping[str, Any]) -> None:
         HazbotError: they differ; the line names the first difference.
     """
     for name, value in again.items():
-        before = recorded[name]
+        before = recorded.get(name)
         same = (
             before == value
             if isinstance(value, str)

@@ -20,7 +20,7 @@ from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.study import batch_rollout
 from hazbot_gym.study.actions import playable
 from hazbot_gym.study.config import Engine, ScenarioSet
-from hazbot_gym.study.episode import PERSON_COLUMNS, Episode, stack_people
+from hazbot_gym.study.episode import PERSON_COLUMNS, Episode, labels_of, stack_people
 from hazbot_gym.study.metrics import Row, SsmThresholds, measure
 
 
@@ -124,6 +124,7 @@ def run_block(block: Block, threads: int = 1) -> list[Row]:
             "env": block.scenarios.env,
             "episode": index,
             "seed": seed,
+            "scenario": scenario_id(block.scenarios.name, index),
             **labels,
             **measure(episode, block.ssm),
         }
@@ -132,7 +133,7 @@ def run_block(block: Block, threads: int = 1) -> list[Row]:
 
 
 def run_episode(env: gymnasium.Env[Any, Any], policy: Policy, seed: int) -> tuple[Episode, Row]:
-    """Run one episode and return its record, and the labels of its scenario (key and place)."""
+    """Run one episode and return its record, and the labels of its scenario."""
     observation, start = env.reset(seed=seed)
     state, episode_start = None, np.array([True])
     snapshots, steps = [env.unwrapped.snapshot()], []  # type: ignore[attr-defined]
@@ -148,7 +149,7 @@ def run_episode(env: gymnasium.Env[Any, Any], policy: Policy, seed: int) -> tupl
         steps.append((float(reward), info))
         episode_start = np.array([False])
         done = terminated or truncated
-    labels: Row = {"scenario_key": str(start["scenario_key"]), "place": start["place"]}
+    labels = labels_of(env.unwrapped.source, start["scenario_key"])  # type: ignore[attr-defined]
     return _record(env, snapshots, steps, time_free_s=start["time_free_s"]), labels
 
 
@@ -189,6 +190,11 @@ def episode_seed(root: int, name: str, index: int) -> int:
     """Return the reset seed of one episode of a scenario set, independent of all others."""
     key = (zlib.crc32(name.encode()), index)
     return int(np.random.SeedSequence(root, spawn_key=key).generate_state(1)[0])
+
+
+def scenario_id(name: str, index: int) -> str:
+    """Return what a scenario of a set is called, such as ``test/Crossing/017``."""
+    return f"{name}/{index:03d}"
 
 
 def environment_ids() -> list[str]:

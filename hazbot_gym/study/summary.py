@@ -63,8 +63,8 @@ def summarise(rows: pd.DataFrame, study: StudyConfig) -> Summary:
     """Return the study's results as plain values, the same to the last digit for the same rows.
 
     Raises:
-        InvalidInput: rows measured with different thresholds, or policies that did not meet the
-            same scenarios.
+        InvalidInput: rows measured with different thresholds, policies that did not meet the same
+            scenarios, or scenarios that are not as the bank has them.
     """
     _check(rows)
     names = [scenarios.name for scenarios in study.all_sets]
@@ -188,6 +188,9 @@ def _rounded(value: float) -> float | None:
 
 
 def _check(rows: pd.DataFrame) -> None:
+    from hazbot_gym.study import bank  # reads parquet, which one policy's results can do without
+
+    bank.check(rows)
     profiles = sorted(set(rows["ssm_profile"]))
     if len(profiles) > 1:
         raise InvalidInput(

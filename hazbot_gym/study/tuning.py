@@ -1,4 +1,4 @@
-"""Tuning a family of rules on validation scenarios, with the same budget for every family.
+"""Tuning a family of rules on the bank's validation scenarios, every family with one budget.
 
 The search is Optuna's tree-structured Parzen estimator (Bergstra et al. 2011). Trial 0 is the
 family as it comes, so that nothing is tuned to be worse. Each trial is written before the next one
@@ -18,8 +18,8 @@ from typing import Any, NamedTuple
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.policies import base
 from hazbot_gym.policies.search_spaces import SPACES, Interval, Space
-from hazbot_gym.study import files, provenance, rollout
-from hazbot_gym.study.config import PATTERN_SETS, ScenarioSet
+from hazbot_gym.study import bank_sets, files, provenance, rollout
+from hazbot_gym.study.config import ScenarioSet
 from hazbot_gym.study.summary import means
 
 try:
@@ -29,7 +29,7 @@ except ImportError as error:
 
 FIRST_AT_RANDOM = 10  # trials before the estimator has something to go by
 AT_A_BOUND = 0.02  # share of an interval's width within which its best value counts as at the end
-ROOT = 1  # of the seeds of validation episodes; the sets' names keep them from a study's
+VALIDATION = tuple(ScenarioSet.model_validate(each) for each in bank_sets.select("validation"))
 
 Record = dict[str, Any]
 
@@ -41,7 +41,7 @@ class Search(NamedTuple):
     trials: int = 50
     seed: int = 0
     episodes: int = 100  # in every set
-    sets: tuple[ScenarioSet, ...] = PATTERN_SETS
+    sets: tuple[ScenarioSet, ...] = VALIDATION
 
     def identity(self) -> str:
         """Return a hash that two searches share if they are the same, and run by the same code."""
@@ -136,19 +136,10 @@ def _next_options(space: Space, trials: list[Record], seed: int) -> dict[str, An
 
 def _judge(policy: str, search: Search, threads: int) -> dict[str, float | None]:
     """Return the headline metrics of a policy over all validation scenarios."""
-    rows = [
-        row
-        for scenarios in search.sets
-        for row in rollout.run_block(
-            rollout.Block(policy, _validation(scenarios), 0, search.episodes, ROOT), threads
-        )
+    blocks = [
+        rollout.Block(policy, each, 0, search.episodes, each.seed or 0) for each in search.sets
     ]
-    return means(rows)
-
-
-def _validation(scenarios: ScenarioSet) -> ScenarioSet:
-    """Return a set under another name: the name enters the seeds, and these no study may see."""
-    return scenarios.model_copy(update={"name": f"validation of {scenarios.name}"})
+    return means([row for block in blocks for row in rollout.run_block(block, threads)])
 
 
 def _record(search: Search, trials: list[Record]) -> Record:

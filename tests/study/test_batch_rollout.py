@@ -94,7 +94,7 @@ def test_an_episode_ends_where_its_own_world_does() -> None:
         lengths.add(steps)
         assert len(episode.time_s) == len(episode.pose) == len(episode.people) == steps + 1
         np.testing.assert_allclose(np.diff(episode.time_s), 0.1)
-        assert set(labels) == {"scenario_key", "place"}
+        assert set(labels) == {"scenario_key", "place", "scenario_hash"}
     assert len(lengths) > 1
 
 

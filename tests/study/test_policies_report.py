@@ -27,6 +27,8 @@ def summary(*, ppo_ratio: float, ppo_intrusion: float) -> dict[str, Any]:
             "episode": i,
             "seed": i,
             "scenario_key": str(i),
+            "scenario": f"{scenarios}/{i:03d}",
+            "scenario_hash": str(i),
             "ssm_profile": study.ssm.profile(),
             "arrived": 1,
             "return": 200.0 + noise[i],

@@ -38,6 +38,8 @@ def made_up_rows(study: StudyConfig = STUDY) -> list[dict[str, object]]:
                         "seed": index,
                         "training_seed": 0,
                         "scenario_key": str(index),
+                        "scenario": f"{scenarios.name}/{index:03d}",
+                        "scenario_hash": str(index),
                         "ssm_profile": study.ssm.profile(),
                         "arrived": int(index > 1),
                         "kinetic_intrusion_m2": 3.0 + luck - 0.5 * better,
@@ -94,6 +96,13 @@ def test_policies_must_have_met_the_same_scenarios() -> None:
     rows = made_up_rows()
     rows[3]["scenario_key"] = "another"
     with pytest.raises(InvalidInput, match="episode 3 of 'easy'"):
+        summarise(pd.DataFrame(rows), STUDY)
+
+
+def test_scenarios_of_the_bank_must_be_as_it_has_them() -> None:
+    rows = made_up_rows()
+    rows[5]["scenario"] = "test/Crossing/005"
+    with pytest.raises(InvalidInput, match="'test/Crossing/005': drawn with hash 5, the bank has"):
         summarise(pd.DataFrame(rows), STUDY)
 
 

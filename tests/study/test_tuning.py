@@ -10,9 +10,9 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies import base
 from hazbot_gym.policies.knobs import KNOBS
 from hazbot_gym.policies.search_spaces import SPACES, Interval
-from hazbot_gym.study import tuning
-from hazbot_gym.study.config import PATTERN_SETS
-from hazbot_gym.study.tuning import Search, tune
+from hazbot_gym.study import bank_sets, rollout, tuning
+from hazbot_gym.study.summary import means
+from hazbot_gym.study.tuning import VALIDATION, Search, tune
 
 
 @pytest.fixture
@@ -93,8 +93,9 @@ def test_another_search_s_file_is_left_alone(tmp_path: Path, hill: None) -> None
         tune(Search("telepathy"), path)
 
 
-def test_validation_meets_other_scenarios_than_a_study(tmp_path: Path) -> None:
-    sets = (PATTERN_SETS[0],)
-    record = tune(Search("constant", trials=1, episodes=2, sets=sets), tmp_path / "c.json")
-    assert tuning._validation(sets[0]).name == "validation of Crossing"
-    assert record["best"]["time_ratio"] == pytest.approx(1.0, abs=0.2)
+def test_policies_are_judged_on_the_bank_s_validation_scenarios(tmp_path: Path) -> None:
+    assert [each.name.partition("/")[0] for each in VALIDATION] == ["validation"] * 4
+    search = Search("constant", trials=1, episodes=2, sets=VALIDATION[:1])
+    record = tune(search, tmp_path / "c.json")
+    block = rollout.Block("constant:fraction=1.0", VALIDATION[0], 0, 2, bank_sets.ROOT)
+    assert record["best"]["return"] == means(rollout.run_block(block))["return"]

@@ -1,0 +1,6 @@
+"""Draw the scenario bank anew and write it down: ``python docs/make_bank.py``."""
+
+from hazbot_gym.study import bank
+
+if __name__ == "__main__":
+    bank.write()
