@@ -21,7 +21,7 @@ from hazbot_gym.sim.batch import (
     start_people,
     step_group,
 )
-from hazbot_gym.sim.drive import obey, place_robot
+from hazbot_gym.sim.drive import give_command, place_robot
 from hazbot_gym.sim.perception import remember, sense_ranges, track_people
 from hazbot_gym.sim.walkers import Bench
 from hazbot_gym.task.observation import encode
@@ -129,19 +129,13 @@ def _reset_world(
 def _decide(
     lane: int, group: Record, command_mps: float, stops: bool, worlds: Worlds, outputs: Outputs
 ) -> None:
-    """Give a decision to the robot in a lane, and note how things stood before it.
-
-    A stop by reflex is the drive's own and knows no latency.
-    """
+    """Give a decision to the robot in a lane, and note how things stood before it."""
     i = group.world[lane]
     robot, decision = worlds.robots[i], outputs.decisions[i]
     decision.advance = robot.s
-    command_mps = 0.0 if stops else command_mps
-    decision.command_change = command_mps - robot.command
-    robot.command = command_mps
-    obey(robot, worlds.pending[i], worlds.steps[i])
-    if stops:
-        robot.obeyed = 0.0
+    before_mps = robot.command
+    give_command(robot, command_mps, stops, worlds.pending[i], worlds.steps[i])
+    decision.command_change = robot.command - before_mps
 
 
 @scalar

@@ -57,17 +57,24 @@ def drive_parameters(drive: Drive, physics_s: float) -> DriveParameters:
 
 
 @scalar
-def obey(robot: Record, pending: Floats, step: int) -> None:
-    """Let the drive obey the command of some decisions ago, and note the last one for later.
+def give_command(
+    robot: Record, command_mps: float, stops: bool, pending: Floats, step: int
+) -> None:
+    """Give a robot its command, and let its drive obey the one of some decisions ago.
+
+    A stop by reflex is the drive's own: it is obeyed at once.
 
     Args:
-        robot: With the last command.
+        robot: Whom to command.
+        command_mps: What the policy asks for [m/s].
+        stops: Whether the robot stops by reflex instead.
         pending: (latency + 1,) a ring of commands that the drive has still to obey [m/s].
         step: Number of the decision since the reset.
     """
+    robot.command = 0.0 if stops else command_mps
     room = pending.shape[0]
     pending[step % room] = robot.command
-    robot.obeyed = pending[(step + 1) % room]
+    robot.obeyed = 0.0 if stops else pending[(step + 1) % room]
 
 
 @scalar
@@ -79,6 +86,14 @@ def update_pose_error(robot: Record, path: Records) -> None:
 
 
 # --- entry points --------------------------------------------------------------------------------
+
+
+@lean_kernel
+def command_robot(
+    robots: Records, command_mps: float, stops: bool, pending: Floats, step: int
+) -> None:
+    """Give the robot its command; ``give_command`` for an array of one record."""
+    give_command(robots[0], command_mps, stops, pending, step)
 
 
 @lean_kernel

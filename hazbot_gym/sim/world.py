@@ -33,10 +33,10 @@ from hazbot_gym.core.state import (
 )
 from hazbot_gym.sim.contact import slack
 from hazbot_gym.sim.drive import (
+    command_robot,
     drive,
     drive_parameters,
     free_time_s,
-    obey,
     start_drive,
 )
 from hazbot_gym.sim.lanes import DRIVE_LANES
@@ -115,7 +115,7 @@ class World:
         self.robots, self._wheels = records(ROBOT, 1), records(WHEEL, 2)
         self._lanes, self._bench = records(DRIVE_LANES, 1), make_bench(0)
         self._pending = np.zeros(config.drive.latency_steps + 1)
-        self._view()
+        self._x, self._y = self.robots["x"], self.robots["y"]
         self._space = pymunk.Space()
         for kind in (_PERSON, _WALL):
             self._space.on_collision(_ROBOT, kind, pre_solve=self._on_contact)
@@ -176,16 +176,10 @@ class World:
     def step(self, command_mps: float, *, stops: bool = False) -> None:
         """Drive for one decision period as commanded; stops short at a contact.
 
-        A stop by reflex is the drive's own and knows no latency.
-
         A social period in which nothing comes within the robot's reach is one step for pymunk; else
         it looks for contacts at every physics step.
         """
-        robot = self._robot
-        robot.command = 0.0 if stops else command_mps
-        obey(robot, self._pending, self.decision)
-        if stops:
-            robot.obeyed = 0.0
+        command_robot(self.robots, command_mps, stops, self._pending, self.decision)
         periods, substeps = self._clock.social_per_decision, self._clock.physics_per_social
         for period in range(self.decision * periods, (self.decision + 1) * periods):
             stride = substeps if self._slack_m > 0.0 else 1
@@ -220,12 +214,7 @@ class World:
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Restore a copied or pickled world; copies of views would no longer be views."""
         self.__dict__.update(state)
-        self._view()
-
-    def _view(self) -> None:
-        """Keep views of the robot's record at hand."""
         self._x, self._y = self.robots["x"], self.robots["y"]
-        self._robot = self.robots.view(np.recarray)[0]
 
     def _physics(self, first_step: int, substeps: int) -> None:
         """Drive the robot for some physics steps, and let pymunk move all bodies along in one."""

@@ -19,7 +19,7 @@ from hazbot_gym.sim.drive import (
     drive,
     drive_parameters,
     free_time_s,
-    obey,
+    give_command,
     start_drive,
     update_pose_error,
 )
@@ -243,11 +243,20 @@ def test_drive_obeys_the_command_of_some_decisions_ago(
     robot, pending = records(ROBOT, 1).view(np.recarray)[0], np.full(latency_steps + 1, 0.2)
     obeyed = []
     for k, command_mps in enumerate([0.1, 0.5, 0.3, 0.0, 0.4]):
-        robot.command = command_mps
-        obey(robot, pending, k)
+        give_command(robot, command_mps, False, pending, k)
+        assert robot.command == command_mps
         obeyed.append(float(robot.obeyed))
 
     assert obeyed == expected
+
+
+def test_a_stop_by_reflex_is_obeyed_at_once_and_noted_as_the_command() -> None:
+    robot, pending = records(ROBOT, 1).view(np.recarray)[0], np.full(3, 0.5)
+    give_command(robot, 0.5, True, pending, 0)
+    assert robot.command == robot.obeyed == 0.0
+    for k, obeyed in ((1, 0.5), (2, 0.0)):  # later, what came before it and then itself
+        give_command(robot, 0.5, False, pending, k)
+        assert robot.obeyed == obeyed
 
 
 def lap(line_sensor: LineSensor) -> Floats:
