@@ -6,7 +6,8 @@
 - ``sonar_estimate``: people from ultrasonic readings; ``people_rule``: rules that see them so
 - ``ssm``, ``ttc``, ``fuzzy_expert``: speed and separation monitoring, a time-to-collision governor,
   and the paper's fuzzy strategy, the reference
-- ``learned``: trained ones, from files; ``actor`` computes them, ``actor_file`` keeps them
+- ``learned``: trained ones, from files; ``actor`` computes them, ``actor_file`` keeps them,
+  ``residual`` puts them on top of a rule
 - ``knobs``: the one knob of each family, and sweeps over it
 """
 

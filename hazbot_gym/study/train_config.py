@@ -70,14 +70,14 @@ class TrainConfig(Section):
     threads: Annotated[int, Ge(1)] = 1  # that step the worlds; no result depends on it
     steps: Annotated[int, Ge(1)] = 3_000_000  # decisions in all
     seed: Annotated[int, Ge(0), Le(2**32 - 1)] = 0
-    reward_scale: Annotated[float, Gt(0)] = 0.05  # brings returns near the networks' natural size
+    reward_scale: Annotated[float, Gt(0)] = 0.05  # brings rewards near 1; logged returns are bare
     shaping: Literal["none", "free_drive"] = "none"  # free_drive: see study/shaping.py
     timed_critic: bool = False  # whether the critic knows the time left; only for ppo
     imitation: Annotated[Imitation | None, Field(validate_default=True)] = None  # ppo, bc, dagger
     residual: Residual | None = None  # corrections of a base; only for ppo
     lagrangian: Lagrangian | None = None  # a limit on the cost; only for ppo
-    learning_rate: Annotated[float, Gt(0)] = 1e-3
-    final_learning_rate: Annotated[float, Ge(0)] = 0.0  # reached linearly; logged returns are bare
+    learning_rate: Annotated[float, Gt(0)] = 1e-3  # of bc and dagger ``imitation.learning_rate``
+    final_learning_rate: Annotated[float, Ge(0)] = 0.0  # reached linearly
     options: dict[str, Any] = Field(default_factory=dict)
     network: dict[str, Any] = Field(default_factory=dict)
     validation: Validation = Validation()
