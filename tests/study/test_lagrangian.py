@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.study import training
 from hazbot_gym.study.lagrangian import Price, PricedEnvs, moved
 from hazbot_gym.study.train_config import Lagrangian, TrainConfig, load_training
 from hazbot_gym.study.training import train
@@ -82,6 +83,15 @@ def test_a_high_price_makes_a_cheaper_policy(tmp_path: Path) -> None:
         for name, limit, start in (("free", 1e3, 0.0), ("dear", 0.0, 100.0))
     )
     assert dear < 0.7 * cheap  # type: ignore[operator]
+
+
+def test_a_critic_that_is_taught_first_expects_to_pay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    prices: list[float] = []
+    monkeypatch.setattr(training, "imitate", lambda _, envs, *__: prices.append(envs.multiplier))
+    train(run(1.0, 2.5, imitation={}, steps=512), tmp_path / "run")
+    assert prices == [2.5]
 
 
 def test_the_price_is_shown(tmp_path: Path) -> None:
