@@ -30,6 +30,10 @@ BELOW = {
 }
 
 TRAINING = (
+    "study.algorithms",
+    "study.dagger",
+    "study.lagrangian",
+    "study.residual_envs",
     "study.training",
     "study.training_envs",
     "study.training_log",
@@ -47,7 +51,7 @@ HOMES = {
     "skfuzzy": ("policies.fuzzy_system",),
     "torch": TRAINING,
     "stable_baselines3": ("envs.sb3", *TRAINING, "policies.from_sb3"),
-    "sb3_contrib": ("study.training", "policies.from_sb3"),
+    "sb3_contrib": ("study.algorithms", "study.training", "policies.from_sb3"),
     "pandas": ("study",),
     "pyarrow": ("study",),
     "matplotlib": ("paper.figures",),

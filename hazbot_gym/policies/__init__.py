@@ -8,7 +8,8 @@
   and speed by the total social force
 - ``fuzzy_expert``: the paper's fuzzy strategy, the reference; ``fuzzy_readings``: the paper read
   otherwise; ``fuzzy_system``: the same in scikit-fuzzy; ``person_columns``: what kernels read
-- ``learned``: trained ones, from files; ``actor`` computes them, ``actor_file`` keeps them
+- ``learned``: trained ones, from files; ``actor`` computes them, ``actor_file`` keeps them,
+  ``residual`` puts them on top of a rule
 - ``knobs``: the one knob of each family, and sweeps over it
 """
 

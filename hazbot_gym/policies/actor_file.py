@@ -39,6 +39,7 @@ def describe(
     *,
     algorithm: str,
     tier: str,
+    residual: Mapping[str, Any] | None = None,
     training: Mapping[str, Any] | None = None,
     results: Mapping[str, Any] | None = None,
 ) -> Trained:
@@ -48,6 +49,7 @@ def describe(
         actor: The weights.
         algorithm: What trained it, as the field calls it, such as ``PPO``.
         tier: Information tier of its observations.
+        residual: The base that it corrects and its scale, if it does (``residual``).
         training: How it was trained: config, seed, versions, commit.
         results: What it reached, by name of the metric.
 
@@ -68,6 +70,7 @@ def describe(
         "observation": observation_table(LAYOUTS[tier]),
         "activation": actor.activation,
         "action": actor.head,
+        "residual": dict(residual) if residual else None,
         "training": dict(training or {}),
         "results": dict(results or {}),
     }
@@ -158,9 +161,16 @@ def _actor(arrays: Mapping[str, npt.NDArray[Any]], about: Mapping[str, Any]) -> 
     fits = count > 0 and shapes == list(pairwise(sizes))
     has_head = about["action"] in HEADS and (sizes[-1] == 1) == (about["action"] != "levels")
     is_finite = all(np.isfinite(array).all() for array in arrays.values())
-    if not (fits and has_head and is_finite and about["activation"] in ACTIVATIONS):
+    has_form = has_head and about["activation"] in ACTIVATIONS and _is_residual(about)
+    if not (fits and is_finite and has_form):
         raise ValueError("the arrays do not make an actor")
     return Actor(layers, about["activation"], about["action"], _normalisation(arrays, sizes[0]))
+
+
+def _is_residual(about: Mapping[str, Any]) -> bool:
+    """Tell whether an actor stands alone or says whole what it corrects; old files say nothing."""
+    residual = about.get("residual")
+    return residual is None or (isinstance(residual["base"], str) and 0 < residual["scale"] <= 2)
 
 
 def _normalisation(arrays: Mapping[str, npt.NDArray[Any]], width: int) -> Normalisation | None:
@@ -178,6 +188,9 @@ def card(trained: Trained, name: str) -> str:
     actor, about = trained
     sizes = " -> ".join(str(n) for n in (actor.width, *(layer.bias.size for layer in actor.layers)))
     training = {name: each for name, each in about["training"].items() if name != "environments"}
+    residual = about.get("residual")
+    line = "- **Corrects** `{base}`, by {scale:g} at most.\n"
+    corrects = line.format(**residual) if residual else ""
     results = "\n".join(f"| {key} | {value} |" for key, value in about["results"].items())
     return f"""# {name}
 
@@ -185,7 +198,7 @@ A speed policy for the environments of hazbot_gym, trained with {about["algorith
 
 - **Sees** the {about["tier"]} tier: {actor.width} entries, as listed in the file.
 - **Answers** with a share of the nominal speed; the head is `{about["action"]}`, deterministic.
-- **Network**: {sizes}, {about["activation"]}.
+{corrects}- **Network**: {sizes}, {about["activation"]}.
 - **Use**: `hazbot eval --policy learned:path={name}.npz`, or
   `hazbot_gym.policies.make("learned:path={name}.npz")`. The file holds arrays and JSON, no pickle.
 - **Limits**: trained and judged in simulation only. Clearances stand in for comfort, which nobody

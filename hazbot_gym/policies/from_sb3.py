@@ -19,6 +19,7 @@ _LOADERS = {
     "stable_baselines3.common.policies": "stable_baselines3:PPO",
     "stable_baselines3.sac.policies": "stable_baselines3:SAC",
     "stable_baselines3.td3.policies": "stable_baselines3:TD3",
+    "sb3_contrib.tqc.policies": "sb3_contrib:TQC",
     "stable_baselines3.dqn.policies": "stable_baselines3:DQN",
     "sb3_contrib.common.recurrent.policies": "sb3_contrib:RecurrentPPO",
 }
@@ -28,27 +29,29 @@ def actor_of(model: Any, normalize: Any = None) -> Actor:
     """Return the deterministic actor of a trained model as plain arrays.
 
     Args:
-        model: PPO, A2C, SAC, TD3 or DQN of Stable-Baselines3 with its ``MlpPolicy``.
+        model: PPO, A2C, SAC, TD3, TQC or DQN of Stable-Baselines3, or what is built on them here,
+            with its ``MlpPolicy``.
         normalize: The ``VecNormalize`` that it was trained behind; None where it saw observations
             as they are.
 
     Raises:
         InvalidInput: There is no plain form of this model.
     """
-    policy, name = model.policy, type(model).__name__
-    if name in ("PPO", "A2C"):
+    policy, kinds = model.policy, {kind.__name__ for kind in type(model).__mro__}
+    if kinds & {"PPO", "A2C", "DAgger"}:
         is_discrete = hasattr(model.action_space, "n")
         head = "levels" if is_discrete else "clipped"
         modules = [*policy.mlp_extractor.policy_net, policy.action_net]
-    elif name == "SAC":
+    elif kinds & {"SAC", "TQC"}:
         head, modules = "squashed", [*policy.actor.latent_pi, policy.actor.mu]
-    elif name == "TD3":
+    elif "TD3" in kinds:
         head, modules = "squashed", list(policy.actor.mu)[:-1]  # its last module is the head's tanh
-    elif name == "DQN":
+    elif "DQN" in kinds:
         head, modules = "levels", list(policy.q_net.q_net)
     else:
         raise InvalidInput(
-            f"export: {name} has no plain form; allowed are PPO, A2C, SAC, TD3 and DQN"
+            f"export: {type(model).__name__} has no plain form; allowed are PPO, A2C, SAC, TD3, "
+            "TQC and DQN"
         )
     layers, activation = _chain(modules)
     has_statistics = normalize is not None and normalize.norm_obs

@@ -18,6 +18,7 @@ from pydantic.dataclasses import dataclass
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies import actor_file
 from hazbot_gym.policies.base import Actions, Observations, Policy
+from hazbot_gym.policies.residual import on_its_base
 from hazbot_gym.task.observation import layout_of
 
 SHIPPED = Path(__file__).parent / "shipped"
@@ -87,7 +88,8 @@ class Learned(_FromFile):
     @cached_property
     def _policy(self) -> Policy:
         if self.path.suffix != ".zip":
-            return TrainedActor(actor_file.read(self.path))
+            network = TrainedActor(actor_file.read(self.path))
+            return on_its_base(network, network.about.get("residual"))
         if not self.allow_pickle:
             raise InvalidInput(
                 f"policy: reading {str(self.path)!r} runs code that is in it; if you trust it, "

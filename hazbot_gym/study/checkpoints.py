@@ -3,7 +3,8 @@
     OUT/checkpoints/000000250000.pt    SHA-256 of the rest, then torch's file of tensors and numbers
 
 Two are kept, so that a damaged one costs an interval and not the run. One holds the networks, the
-optimisers, the counters that schedules follow, and a replay buffer where there is one. It holds no
+optimisers, the counters that schedules follow, a replay buffer where there is one, and what our own
+algorithms name as ``remembered``, such as DAgger's data set or a Lagrangian's price. It holds no
 random state and no environment: after each checkpoint a run seeds all of them anew, from its own
 seed and the number of checkpoints so far, whether it was interrupted or not.
 """
@@ -71,10 +72,11 @@ def load_newest(folder: Path, console: Console) -> State | None:
 def state_of(model: BaseAlgorithm) -> State:
     """Return all that an update of the model depends on, as tensors and plain values."""
     _, variables = model._get_torch_save_params()
+    names = (*COUNTERS, *getattr(model, "remembered", ()))
     return {
         "parameters": model.get_parameters(),
         "variables": {name: getattr(model, name).detach() for name in variables},
-        "counters": {name: getattr(model, name) for name in COUNTERS if hasattr(model, name)},
+        "counters": {name: getattr(model, name) for name in names if hasattr(model, name)},
         "buffer": _buffer_of(model),
     }
 

@@ -18,6 +18,7 @@ def export_model(
     *,
     tier: str,
     normalize: Any = None,
+    residual: Mapping[str, Any] | None = None,
     training: Mapping[str, Any] | None = None,
     results: Mapping[str, Any] | None = None,
     overwrite: bool = False,
@@ -25,10 +26,11 @@ def export_model(
     """Export the actor of a Stable-Baselines3 model.
 
     Args:
-        model: PPO, A2C, SAC, TD3 or DQN with its ``MlpPolicy``.
+        model: What ``from_sb3.actor_of`` has a plain form for.
         path: Of the ``.npz``; the card gets the suffix ``.md``.
         tier: Information tier that it was trained on.
         normalize: The ``VecNormalize`` that it was trained behind, if it was.
+        residual: The base that it corrects and its scale, if it does.
         training: How it was trained: config, seed, versions, commit.
         results: What it reached, by name of the metric.
         overwrite: Whether a file that is there may be replaced.
@@ -38,7 +40,9 @@ def export_model(
             is there already.
     """
     actor, name = actor_of(model, normalize), type(model).__name__
-    trained = describe(actor, algorithm=name, tier=tier, training=training, results=results)
+    trained = describe(
+        actor, algorithm=name, tier=tier, residual=residual, training=training, results=results
+    )
     export_actor(trained, path, overwrite=overwrite)
     return trained
 

@@ -12,33 +12,39 @@ from typing import NamedTuple
 import numpy as np
 import torch
 from stable_baselines3 import PPO
+from stable_baselines3.common.policies import ActorCriticPolicy
 
 from hazbot_gym.core.state import Floats
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies import make
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.study import rollout
 from hazbot_gym.study.train_config import Imitation, TrainConfig
-from hazbot_gym.study.training_envs import TrainingEnvs
+from hazbot_gym.study.training_envs import TrainingEnvs, require_speeds
 
 
 class Lessons(NamedTuple):
-    """Decisions of a teacher, those whose episode has ended."""
+    """What a teacher would do, and for a critic what came of it."""
 
     observations: torch.Tensor  # (M, width)
     actions: torch.Tensor  # (M, 1) what the teacher would do
-    returns: torch.Tensor  # (M,) discounted rewards from there to the end
+    returns: torch.Tensor | None = None  # (M,) discounted rewards from there to the end
+
+    def take(self, rows: torch.Tensor) -> Lessons:
+        """Return some of them."""
+        return Lessons(*(None if each is None else each[rows] for each in self))
 
 
 def teacher_of(imitation: Imitation, envs: TrainingEnvs) -> Policy:
     """Return the teacher of a run.
 
     Raises:
-        InvalidInput: There is no such policy, or actions are levels, which nobody shows.
+        InvalidInput: There is no such policy, it cannot act on these observations, or actions are
+            levels, which nobody shows.
     """
-    if hasattr(envs.action_space, "n"):
-        raise InvalidInput("imitation: given action_type 'discrete', allowed is 'continuous'")
-    return make(imitation.teacher)
+    require_speeds(envs, "imitation")
+    teacher = make(imitation.teacher)
+    teacher.predict(np.zeros((1, envs.width), np.float32))
+    return teacher
 
 
 def imitate(model: PPO, envs: TrainingEnvs, teacher: Policy, config: TrainConfig) -> None:
@@ -48,7 +54,7 @@ def imitate(model: PPO, envs: TrainingEnvs, teacher: Policy, config: TrainConfig
     envs.seed(seed)
     rng = np.random.default_rng(seed)
     lessons = watch(envs, teacher, config.imitation, float(model.gamma), rng)
-    learn(model, lessons, config.imitation, torch.Generator().manual_seed(seed))
+    learn(model.policy, lessons, config.imitation, torch.Generator().manual_seed(seed))
 
 
 def watch(
@@ -58,12 +64,11 @@ def watch(
     gamma: float,
     rng: np.random.Generator,
 ) -> Lessons:
-    """Let the teacher drive in all worlds side by side."""
+    """Let the teacher drive in all worlds side by side; return what belongs to whole episodes."""
     observation, state, starts = envs.reset(), None, np.ones(envs.num_envs, np.bool_)
     seen, done, told = [], [], []
     for _ in range(-(-imitation.decisions // envs.num_envs)):
-        shown = observation[:, :-1] if envs.is_timed else observation
-        action, state = teacher.predict(shown, state, starts)
+        action, state = teacher.predict(observation[:, : envs.width], state, starts)
         seen.append(observation), told.append(action)
         noise = imitation.noise * rng.standard_normal(action.shape, np.float32)
         observation, rewards, starts, _ = envs.step(np.clip(action + noise, -1.0, 1.0))
@@ -85,23 +90,31 @@ def returns_of(rewards: Floats, ends: Floats, gamma: float) -> tuple[Floats, Flo
     return returns, is_known
 
 
-def learn(model: PPO, lessons: Lessons, imitation: Imitation, generator: torch.Generator) -> None:
-    """Fit actor and critic to the lessons, at a rate that falls to nil."""
-    policy = model.policy
-    batches = imitation.epochs * (len(lessons.returns) // imitation.batch_size)
+def learn(
+    policy: ActorCriticPolicy, lessons: Lessons, imitation: Imitation, generator: torch.Generator
+) -> None:
+    """Fit an actor, and a critic where returns are told, at a rate that falls to nil."""
+    count = len(lessons.actions)
+    batches = imitation.epochs * (count // imitation.batch_size)
     optimizer = torch.optim.Adam(policy.parameters(), imitation.learning_rate)
     falling = torch.optim.lr_scheduler.LinearLR(optimizer, 1.0, 0.0, total_iters=max(batches, 1))
     for _ in range(imitation.epochs):
-        order = torch.randperm(len(lessons.returns), generator=generator)
+        order = torch.randperm(count, generator=generator)
         for batch in order.split(imitation.batch_size)[: batches // imitation.epochs]:
-            observations, actions, returns = (each[batch] for each in lessons)
-            means = policy.get_distribution(observations).distribution.mean
-            values = policy.predict_values(observations).flatten()
-            loss = miss(means, actions) + torch.nn.functional.mse_loss(values, returns)
+            loss = _loss(policy, lessons.take(batch))
             optimizer.zero_grad()
             loss.backward()
             optimizer.step()
             falling.step()
+
+
+def _loss(policy: ActorCriticPolicy, lessons: Lessons) -> torch.Tensor:
+    means = policy.get_distribution(lessons.observations).distribution.mean
+    loss = miss(means, lessons.actions)
+    if lessons.returns is not None:
+        values = policy.predict_values(lessons.observations).flatten()
+        loss = loss + torch.nn.functional.mse_loss(values, lessons.returns)
+    return loss
 
 
 def miss(means: torch.Tensor, actions: torch.Tensor) -> torch.Tensor:

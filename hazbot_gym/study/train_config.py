@@ -20,7 +20,8 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import rollout
 from hazbot_gym.study.config import Engine, ScenarioSet
 
-Algorithm = Literal["ppo", "sac", "td3", "dqn", "recurrent_ppo"]
+Algorithm = Literal["ppo", "sac", "td3", "tqc", "dqn", "recurrent_ppo", "bc", "dagger"]
+PUPILS = ("bc", "dagger")  # that learn from a teacher alone, never from rewards
 
 
 class Validation(Section):
@@ -31,14 +32,31 @@ class Validation(Section):
 
 
 class Imitation(Section):
-    """A start from a teacher (``study/imitation.py``)."""
+    """A teacher: a start for PPO (``study/imitation.py``), all of bc and dagger (``dagger.py``)."""
 
     teacher: str = "fuzzy_expert"
-    decisions: Annotated[int, Ge(1)] = 700_000  # of the teacher that are watched
-    noise: Annotated[float, Ge(0)] = 0.2  # deviation by which its actions in [-1, 1] are disturbed
+    decisions: Annotated[int, Ge(1)] = 700_000  # that are watched; of bc and dagger in each round
+    noise: Annotated[float, Ge(0)] = 0.2  # deviation by which actions in [-1, 1] are disturbed
     epochs: Annotated[int, Ge(1)] = 15
     batch_size: Annotated[int, Ge(1)] = 2048
     learning_rate: Annotated[float, Gt(0)] = 1e-3  # falls to nil
+
+
+class Residual(Section):
+    """A base whose actions are corrected (``policies/residual.py``)."""
+
+    base: str = "fuzzy_expert"
+    scale: Annotated[float, Gt(0), Le(2)] = 0.5  # of corrections in [-1, 1]; 2 overrules any base
+
+
+class Lagrangian(Section):
+    """A limit on the cost, and how its price is found (``study/lagrangian.py``)."""
+
+    limit: Annotated[float, Ge(0)]  # d, of the mean cost of an episode
+    rate: Annotated[float, Gt(0)] = 0.1  # eta, of the price for an excess of 1 that lasts
+    proportional: Annotated[float, Ge(0)] = 0.0  # K_P, of the price for the excess as it is
+    derivative: Annotated[float, Ge(0)] = 0.0  # K_D, of the price for a cost that grows
+    start: Annotated[float, Ge(0)] = 0.0  # the price at the beginning
 
 
 class TrainConfig(Section):
@@ -52,12 +70,14 @@ class TrainConfig(Section):
     threads: Annotated[int, Ge(1)] = 1  # that step the worlds; no result depends on it
     steps: Annotated[int, Ge(1)] = 3_000_000  # decisions in all
     seed: Annotated[int, Ge(0), Le(2**32 - 1)] = 0
-    reward_scale: Annotated[float, Gt(0)] = 0.05  # brings returns near the networks' natural size
+    reward_scale: Annotated[float, Gt(0)] = 0.05  # brings rewards near 1; logged returns are bare
     shaping: Literal["none", "free_drive"] = "none"  # free_drive: see study/shaping.py
     timed_critic: bool = False  # whether the critic knows the time left; only for ppo
-    imitation: Imitation | None = None  # None: from nothing; only for ppo
-    learning_rate: Annotated[float, Gt(0)] = 1e-3
-    final_learning_rate: Annotated[float, Ge(0)] = 0.0  # reached linearly; logged returns are bare
+    imitation: Annotated[Imitation | None, Field(validate_default=True)] = None  # ppo, bc, dagger
+    residual: Residual | None = None  # corrections of a base; only for ppo
+    lagrangian: Lagrangian | None = None  # a limit on the cost; only for ppo
+    learning_rate: Annotated[float, Gt(0)] = 1e-3  # of bc and dagger ``imitation.learning_rate``
+    final_learning_rate: Annotated[float, Ge(0)] = 0.0  # reached linearly
     options: dict[str, Any] = Field(default_factory=dict)
     network: dict[str, Any] = Field(default_factory=dict)
     validation: Validation = Validation()
@@ -67,12 +87,29 @@ class TrainConfig(Section):
     def _one_or_several(cls, env: Any) -> Any:
         return (env,) if isinstance(env, str) else env
 
-    @field_validator("timed_critic", "imitation")
+    @field_validator("imitation")
+    @classmethod
+    def _is_for_pupils(cls, value: Any, info: ValidationInfo) -> Any:
+        algorithm = info.data.get("algorithm")
+        if value and algorithm not in ("ppo", *PUPILS):
+            raise ValueError(
+                f"given with algorithm {algorithm!r}, allowed are 'ppo', 'bc' and 'dagger'"
+            )
+        return value or (Imitation() if algorithm in PUPILS else None)
+
+    @field_validator("timed_critic", "residual", "lagrangian")
     @classmethod
     def _is_for_ppo(cls, value: Any, info: ValidationInfo) -> Any:
         algorithm = info.data.get("algorithm")
         if value and algorithm != "ppo":
             raise ValueError(f"given with algorithm {algorithm!r}, allowed is 'ppo'")
+        return value
+
+    @field_validator("residual")
+    @classmethod
+    def _starts_at_its_base(cls, value: Any, info: ValidationInfo) -> Any:
+        if value and info.data.get("imitation"):
+            raise ValueError("given with imitation, allowed is one of the two starts")
         return value
 
     def environments(self) -> tuple[Config, ...]:

@@ -25,40 +25,30 @@ from typing import Any, NamedTuple
 import numpy as np
 from rich.console import Console
 
-from hazbot_gym.errors import InvalidInput, MissingExtra
+from hazbot_gym.errors import MissingExtra
 
 try:
-    import sb3_contrib
-    import stable_baselines3
+    import sb3_contrib as _contrib  # noqa: F401  (a part of the extra)
     import torch
     from stable_baselines3.common.base_class import BaseAlgorithm
     from stable_baselines3.common.callbacks import BaseCallback
     from stable_baselines3.common.logger import configure
-    from stable_baselines3.common.noise import NormalActionNoise
-    from stable_baselines3.common.utils import LinearSchedule
     from torch.utils.tensorboard import SummaryWriter as _  # noqa: F401  (a part of the extra)
 except ImportError as error:
     raise MissingExtra((error.name or "tensorboard").replace("_", "-"), "train") from error
 
+from hazbot_gym.policies.residual import on_its_base
 from hazbot_gym.study import checkpoints, provenance, rollout
+from hazbot_gym.study.algorithms import make_model
 from hazbot_gym.study.export import export_model
 from hazbot_gym.study.files import write_atomically, write_json
 from hazbot_gym.study.imitation import imitate, teacher_of
+from hazbot_gym.study.residual_envs import ResidualEnvs
 from hazbot_gym.study.run_folder import CHECKPOINTS, MANIFEST, POLICY, RESULT, TENSORBOARD, claim
-from hazbot_gym.study.timed_critic import TimedCriticPolicy
-from hazbot_gym.study.train_config import TrainConfig
-from hazbot_gym.study.training_envs import TrainingEnvs, make_envs
+from hazbot_gym.study.train_config import PUPILS, TrainConfig
+from hazbot_gym.study.training_envs import make_envs
 from hazbot_gym.study.training_log import EpisodeLog, ProgressBar
-from hazbot_gym.study.validation import validate
-
-ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
-    "ppo": stable_baselines3.PPO,
-    "sac": stable_baselines3.SAC,
-    "td3": stable_baselines3.TD3,
-    "dqn": stable_baselines3.DQN,
-    "recurrent_ppo": sb3_contrib.RecurrentPPO,
-}
-ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
+from hazbot_gym.study.validation import merit, validate
 
 
 class Result(NamedTuple):
@@ -92,16 +82,20 @@ def train(
     out, console = Path(out), console or Console(quiet=True)
     torch.set_num_threads(1)
     claim(out, config.identity(), resume=resume)
-    envs = make_envs(config)
-    model = make_model(config, envs)
-    teacher = teacher_of(config.imitation, envs) if config.imitation else None
+    envs: Any = make_envs(config)
+    if config.residual:
+        envs = ResidualEnvs(envs, config.residual)
+    model: Any = make_model(config, envs)
+    teacher = None
+    if config.imitation and config.algorithm not in PUPILS:
+        teacher = teacher_of(config.imitation, envs)
     if not (out / MANIFEST).exists():
         write_json(out / MANIFEST, manifest(config))
     stretches = Stretches(config, out, console)
     if resume:
         stretches.resume(model)
     if teacher and model.num_timesteps == 0:
-        imitate(model, envs, teacher, config)
+        imitate(model, model.get_env(), teacher, config)
     model.set_logger(configure(str(out / TENSORBOARD), ["tensorboard"]))
     left = config.steps - model.num_timesteps
     bar = ProgressBar(console, config.steps)
@@ -115,40 +109,6 @@ def train(
         model.logger.close()
         envs.close()
     return Result(model, stretches.best(), stretches.policy_path)
-
-
-def make_model(config: TrainConfig, envs: TrainingEnvs) -> BaseAlgorithm:
-    """Make a new model of a run.
-
-    Raises:
-        InvalidInput: The algorithm does not take these options or environments.
-    """
-    network = dict(config.network)
-    activation = network.pop("activation", "tanh")
-    if activation not in ACTIVATIONS:
-        raise InvalidInput(
-            f"network.activation: given {activation!r}, allowed are {', '.join(ACTIVATIONS)}"
-        )
-    options = dict(config.options)
-    if "action_noise" in options:  # its deviation; SB3 wants a noise for each action
-        deviation = np.full(1, options["action_noise"], np.float32)
-        options["action_noise"] = NormalActionNoise(np.zeros(1, np.float32), deviation)
-    policy: Any = "MlpLstmPolicy" if config.algorithm == "recurrent_ppo" else "MlpPolicy"
-    if config.timed_critic:
-        policy = TimedCriticPolicy
-    try:
-        return ALGORITHMS[config.algorithm](
-            policy,
-            envs,
-            learning_rate=LinearSchedule(config.learning_rate, config.final_learning_rate, 1.0),
-            policy_kwargs={**network, "activation_fn": ACTIVATIONS[activation]},
-            seed=config.seed,
-            device="cpu",
-            **options,
-        )
-    except (TypeError, ValueError, AssertionError) as error:
-        reason = str(error).split("__init__() ")[-1]
-        raise InvalidInput(f"options: {config.algorithm} cannot use them: {reason}") from error
 
 
 def manifest(config: TrainConfig) -> dict[str, Any]:
@@ -177,6 +137,7 @@ class Stretches(BaseCallback):
         suffix = ".zip" if config.algorithm == "recurrent_ppo" else ".npz"
         self.policy_path = (out / POLICY).with_suffix(suffix)
         self.tier = config.environments()[0].tier
+        self.residual = config.residual.model_dump() if config.residual else None
         self.begun, self.is_running = 0, False
         self.seconds = 0.0  # of training, validations left out
         self.validations: list[dict[str, Any]] = []
@@ -195,7 +156,8 @@ class Stretches(BaseCallback):
 
     def best(self) -> dict[str, float | None]:
         """Return the validation of the model that was kept."""
-        return max(self.validations, key=lambda found: found["return"])
+        limit = self.config.lagrangian.limit if self.config.lagrangian else None
+        return max(self.validations, key=lambda found: merit(found, limit))
 
     def _on_step(self) -> bool:
         return True
@@ -222,7 +184,8 @@ class Stretches(BaseCallback):
     def _end(self) -> None:
         """Validate the model, keep it if it is the best so far, and write a checkpoint."""
         self.seconds += time.perf_counter() - self._began
-        found = {"step": self.model.num_timesteps, **validate(self.model, self.config)}
+        driver = on_its_base(self.model, self.residual)
+        found = {"step": self.model.num_timesteps, **validate(driver, self.config)}
         for name, value in found.items():
             if value is not None:
                 self.logger.record(f"validation/{name}", value)
@@ -246,6 +209,7 @@ class Stretches(BaseCallback):
             self.model,
             self.policy_path,
             tier=self.tier,
+            residual=self.residual,
             training=json.loads((self.out / MANIFEST).read_text(encoding="utf-8")),
             results=found,
             overwrite=True,

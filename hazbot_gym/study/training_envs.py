@@ -55,6 +55,8 @@ class TrainingEnvs(VecEnv):
         self._free_drive = FreeDrive(configs, sizes)
         self._is_shaped = training.shaping == "free_drive"
         space = parts[0].observation_space
+        assert space.shape is not None
+        self.width = space.shape[0]  # of what policies see, the time left not among it
         super().__init__(
             sum(sizes), _with_time(space) if self.is_timed else space, parts[0].action_space
         )
@@ -170,6 +172,12 @@ def make_envs(config: TrainConfig) -> TrainingEnvs:
     sizes, configs = shares(config.worlds, len(config.env)), config.environments()
     parts = [make(*each, config.threads) for each in zip(configs, sizes, strict=True)]
     return TrainingEnvs(parts, configs, config)
+
+
+def require_speeds(envs: VecEnv, key: str) -> None:
+    """Refuse what a key of a run asks for where actions are levels instead of speeds."""
+    if hasattr(envs.action_space, "n"):
+        raise InvalidInput(f"{key}: given action_type 'discrete', allowed is 'continuous'")
 
 
 def _with_time(space: gymnasium.Space[Any]) -> gymnasium.spaces.Box:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
+from sb3_contrib import TQC
 from stable_baselines3 import DQN, PPO, SAC, TD3
 from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 
@@ -63,7 +64,7 @@ def test_what_is_observed_is_left_as_it_was() -> None:
 
 
 @pytest.mark.parametrize("activation", [torch.nn.Tanh, torch.nn.ReLU])
-@pytest.mark.parametrize("algorithm", [PPO, SAC, TD3])
+@pytest.mark.parametrize("algorithm", [PPO, SAC, TD3, TQC])
 def test_actions_are_those_of_the_model(
     algorithm: Any, activation: Any, blank: Any, seen: Any
 ) -> None:

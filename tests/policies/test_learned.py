@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sb3_contrib import TQC
 from stable_baselines3 import DQN, PPO
 
 from hazbot_gym import policies
@@ -83,7 +84,7 @@ def test_mistakes_are_one_line(spec: str, complaint: str) -> None:
 # --- zips of Stable-Baselines3 -------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("algorithm", "levels"), [(PPO, 0), (DQN, 5)])
+@pytest.mark.parametrize(("algorithm", "levels"), [(PPO, 0), (TQC, 0), (DQN, 5)])
 def test_a_zip_is_loaded_where_that_is_allowed(
     algorithm: Any, levels: int, tmp_path: Path, blank: Any, seen: Any
 ) -> None:

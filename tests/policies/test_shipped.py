@@ -12,7 +12,7 @@ from hazbot_gym.policies.actor_file import card, read
 from hazbot_gym.policies.learned import SHIPPED
 from hazbot_gym.study.rollout import evaluate
 from hazbot_gym.study.summary import means
-from hazbot_gym.study.train_config import load_training
+from hazbot_gym.study.train_config import TrainConfig, load_training
 from hazbot_gym.task.observation import LAYOUTS
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -28,7 +28,7 @@ def test_it_is_small_and_says_by_which_config_it_comes_again(tier: str) -> None:
     about = read(path).about
     assert about["tier"] == tier
     config = load_training(CONFIGS / f"ppo_shipped_{tier}.yaml")
-    assert about["training"]["config"] == config.model_dump(mode="json")
+    assert TrainConfig.model_validate(about["training"]["config"]) == config
 
 
 @tiers

@@ -1,0 +1,98 @@
+"""The algorithms of a training run, and how one is made for it.
+
+Stable-Baselines3's PPO, SAC (Haarnoja et al. 2018), TD3 (Fujimoto et al. 2018), DQN (Mnih et al.
+2015); of its contrib package recurrent PPO and TQC, whose critics' largest quantiles are left out
+against overestimation (Kuznetsov et al., ICML 2020); and our own: ``dagger``, ``lagrangian``.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import sb3_contrib
+import stable_baselines3
+import torch
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.noise import NormalActionNoise
+from stable_baselines3.common.utils import LinearSchedule
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.study.dagger import BC, DAgger
+from hazbot_gym.study.imitation import teacher_of
+from hazbot_gym.study.lagrangian import PPOLagrangian
+from hazbot_gym.study.timed_critic import TimedCriticPolicy
+from hazbot_gym.study.train_config import PUPILS, TrainConfig
+from hazbot_gym.study.training_envs import TrainingEnvs
+
+ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
+    "ppo": stable_baselines3.PPO,
+    "sac": stable_baselines3.SAC,
+    "td3": stable_baselines3.TD3,
+    "tqc": sb3_contrib.TQC,
+    "dqn": stable_baselines3.DQN,
+    "recurrent_ppo": sb3_contrib.RecurrentPPO,
+    "bc": BC,
+    "dagger": DAgger,
+}
+ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
+
+
+def make_model(config: TrainConfig, envs: TrainingEnvs) -> BaseAlgorithm:
+    """Make a new model of a run.
+
+    Raises:
+        InvalidInput: The algorithm does not take these options or environments.
+    """
+    network = dict(config.network)
+    activation = network.pop("activation", "tanh")
+    if activation not in ACTIVATIONS:
+        raise InvalidInput(
+            f"network.activation: given {activation!r}, allowed are {', '.join(ACTIVATIONS)}"
+        )
+    kind = PPOLagrangian if config.lagrangian else ALGORITHMS[config.algorithm]
+    options = _options(config, envs)
+    try:
+        model: BaseAlgorithm = kind(
+            _policy_of(config),
+            envs,
+            learning_rate=LinearSchedule(config.learning_rate, config.final_learning_rate, 1.0),
+            policy_kwargs={**network, "activation_fn": ACTIVATIONS[activation]},
+            seed=config.seed,
+            device="cpu",
+            **options,
+        )
+    except (TypeError, ValueError, AssertionError) as error:
+        reason = str(error).split("__init__() ")[-1]
+        raise InvalidInput(f"options: {config.algorithm} cannot use them: {reason}") from error
+    if config.residual:
+        _silence(model)
+    return model
+
+
+def _policy_of(config: TrainConfig) -> Any:
+    if config.timed_critic:
+        return TimedCriticPolicy
+    return "MlpLstmPolicy" if config.algorithm == "recurrent_ppo" else "MlpPolicy"
+
+
+def _options(config: TrainConfig, envs: TrainingEnvs) -> dict[str, Any]:
+    """Return a file's options as the algorithm wants them, and what our own ones need besides."""
+    options = dict(config.options)
+    if "action_noise" in options:  # its deviation; SB3 wants a noise for each action
+        deviation = np.full(1, options["action_noise"], np.float32)
+        options["action_noise"] = NormalActionNoise(np.zeros(1, np.float32), deviation)
+    if config.algorithm in PUPILS:
+        assert config.imitation is not None
+        options["teacher"] = teacher_of(config.imitation, envs)
+        options["imitation"] = config.imitation
+    if config.lagrangian:
+        options["lagrangian"] = config.lagrangian
+    return options
+
+
+def _silence(model: Any) -> None:
+    """Let an actor answer 0 to everything, so that a residual starts as its base."""
+    with torch.no_grad():
+        for parameter in model.policy.action_net.parameters():
+            parameter.zero_()
