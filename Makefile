@@ -3,11 +3,14 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: study paper test check bench setup
+.PHONY: study study-full paper test check bench setup
 .DEFAULT_GOAL := study
 
 study: setup  ## run the main job; options in ARGS, e.g. make study ARGS="--tracks DIR"
 	$(BIN)/hazbot study --config configs/study.yaml $(ARGS)
+
+study-full: setup  ## tune, train and compare everybody; resumable
+	$(BIN)/hazbot study --config configs/study_full.yaml --out results/study-full $(ARGS)
 
 paper: setup  ## run every experiment of the published paper again
 	$(BIN)/hazbot paper $(ARGS)

@@ -85,6 +85,9 @@ GROUPS: dict[str, Group] = {
         FEW,
         _in(PATTERNS, sensors=_ROUGH),
     ),
+    "ood/delay": Group(
+        "commands obeyed 0.3 s late", FEW, _in(PATTERNS, drive={"latency_steps": 3})
+    ),
     "ood/places": Group("places not trained in", FEW, _in(["Doorway", "Intersection", "Circle"])),
     "ood/dense": Group(
         "6 to 10 people, not 2 to 5", FEW, _in(["Corridor"], people={"count": [6, 10]})
