@@ -14,15 +14,23 @@ import numpy as np
 
 from hazbot_gym.config import Drive, make_config
 from hazbot_gym.core.fuzzy_pid import gain_table
-from hazbot_gym.core.geometry import circle_path, path_length
+from hazbot_gym.core.geometry import circle_path, path_length, path_pose
 from hazbot_gym.core.jit import lean_kernel
+from hazbot_gym.core.kinematics import Pose
 from hazbot_gym.core.state import LEFT, RIGHT, ROBOT, WHEEL, Floats, Records, as_record, records
 from hazbot_gym.sim.drive import drive_parameters, start_drive, update_pose_error
 from hazbot_gym.sim.lanes import DRIVE_LANES, drive_alone, drive_values, load_lane, store_lane
+from hazbot_gym.task.place_data import build_place
+from hazbot_gym.task.places import circle
 
-RADIUS_M = 3.431  # Table 3; the text says about 3.5 m
+_PLACE = circle()  # of the scenario ``circle``
+RADIUS_M = _PLACE.path.circle.radius_m  # Table 3's; the text says about 3.5 m
+START = Pose(*path_pose(build_place(_PLACE).path.view(np.recarray), 0.0)[:3])
 BAND = 0.001  # of a converged error [m, rad]
 PHYSICS_S = 0.01  # the paper's sampling interval
+NOISE = {  # of Table 2, as the drive has it unless a scenario silences it
+    name: Drive.model_fields[name].default for name in ("wheel_noise_radps", "heading_noise_rad")
+}
 COLUMNS = ("s", "x", "y", "x_e", "y_e", "theta_e")
 
 
@@ -55,6 +63,14 @@ class Figures(NamedTuple):
     angle_max_rad: float
     position_converged_s: float
     angle_converged_s: float
+
+
+FIGURE_NAMES = (  # of ``Figures``, as heads of tables
+    "largest position error [m]",
+    "largest angle error [rad]",
+    "position converged [s]",
+    "angle converged [s]",
+)
 
 
 def paper_drive(**changes: Any) -> Drive:
@@ -99,7 +115,7 @@ def drive_lap(
         load: On the motors.
         key: Of the measurement noise, if the drive has any.
     """
-    path = circle_path(0.0, 0.0, 0.0, radius_m)
+    path = circle_path(*START, radius_m)
     parameters = as_record(drive_parameters(drive, physics_s))
     table = gain_table(drive.tables)
     robots, wheels = records(ROBOT, 1), records(WHEEL, 2)
@@ -169,7 +185,7 @@ def critical_points(lap: Lap) -> list[Point]:
     The first row is the start, before any step; each other one is looked for within an eighth of a
     lap of its quarter, since the last target is the first one again.
     """
-    found = [Point(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)]
+    found = [Point(START.x, START.y, START.x, START.y, 0.0, 0.0)]
     steps = len(lap.time_s)
     for quarter, printed in enumerate(TABLE_3[1:], start=1):
         first, last = ((2 * quarter + side) * steps // 8 for side in (-1, 1))

@@ -33,13 +33,14 @@ CHAPTERS = (
     "patterns",
     "speed_controller",
     "fuzzy_pid",
+    "tuned_pid",
     "control_system",
     "sensors",
     "meetings",
     "circle",
     "combination",
 )
-LONGEST_FIRST = ("fuzzy_pid", "circle", "control_system", "speed_controller", "meetings")
+LONGEST_FIRST = ("tuned_pid", "circle", "control_system", "speed_controller", "meetings")
 
 Record = dict[str, Any]
 

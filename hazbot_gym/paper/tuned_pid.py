@@ -20,7 +20,7 @@ from scipy.stats import qmc
 from hazbot_gym.core.fuzzy_pid import FuzzyPid
 from hazbot_gym.core.pid import PidGains, Plant
 from hazbot_gym.core.state import Floats
-from hazbot_gym.paper.circle import NO_LOAD, Figures, Load, drive_lap, figures, paper_drive
+from hazbot_gym.paper.circle import NO_LOAD, NOISE, Figures, Load, drive_lap, figures, paper_drive
 
 REACH = 2.69  # of a fuzzy output on [-3, 3] (SPEC section 5)
 BASE, SPAN = PidGains(), FuzzyPid()
@@ -87,15 +87,21 @@ class Tuned(NamedTuple):
 
 
 def tune(
-    controller_of: Callable[[Floats], Drive], size: int, *, generations: int, seed: int
+    controller_of: Callable[[Floats], Drive],
+    size: int,
+    *,
+    generations: int,
+    seed: int,
+    room: float = 1.0,
 ) -> Tuned:
     """Tune a controller on plant B.
 
     Args:
-        controller_of: Makes the drive of numbers in [0, 1].
+        controller_of: Makes the drive of numbers in [0, room].
         size: How many numbers.
         generations: After the first; the budget is ``MEMBERS * (generations + 1)`` laps.
         seed: Of the search.
+        room: How many times the largest gains a PID may have.
     """
     of_paper_pid, laps = run(pid(BASE)), 0
 
@@ -107,14 +113,38 @@ def tune(
 
     result = differential_evolution(
         miss,
-        [(0.0, 1.0)] * size,
-        init=qmc.Sobol(size, seed=seed).random(MEMBERS),
+        [(0.0, room)] * size,
+        init=room * qmc.Sobol(size, seed=seed).random(MEMBERS),
         maxiter=generations,
         tol=0.0,  # the whole budget, whatever it brings
         polish=False,
         rng=np.random.default_rng(seed),
     )
     return Tuned(controller_of(result.x), float(result.fun), laps)
+
+
+class Grid(NamedTuple):
+    """The paper's fuzzy-PID against its PID by the four published figures, over plants."""
+
+    plants: int
+    kept: int  # on which both keep to the circle
+    in_all: int  # of these: fuzzy-PID smaller in all four
+    median_ratios: Figures
+
+
+def grid(fuzzy: FuzzyPid = SPAN) -> Grid:
+    """Compare on SPEC section 5's grid of plants with matched wheels, undisturbed."""
+    plants = [Plant(K=K, T1=T1, a=0.0) for K, T1 in itertools.product(GAINS, TIMES_S)]
+    pairs = [(run(fuzzy_pid(BASE, fuzzy), plant), run(pid(BASE), plant)) for plant in plants]
+    ratios = np.array(
+        [np.divide(*pair) for pair in pairs if all(each.position_max_m <= LOST_M for each in pair)]
+    )
+    return Grid(
+        len(plants),
+        len(ratios),
+        int((ratios < 1.0).all(axis=1).sum()),
+        Figures(*(float(ratio) for ratio in np.median(ratios, axis=0))),
+    )
 
 
 # --- the sweep -----------------------------------------------------------------------------------
@@ -158,7 +188,7 @@ def sweep(controllers: Mapping[str, Drive], *, every: int = 1) -> list[dict[str,
 def _errors(
     drive: Drive, plant: Plant, *, noise: bool = False, load: Load = NO_LOAD, u_max: float = 0.0
 ) -> Errors:
-    levels = {"wheel_noise_radps": 0.01, "heading_noise_rad": 0.002} if noise else {}
+    levels = NOISE if noise else {}
     values = plant._replace(u_max=u_max)._asdict()
     lap = drive_lap(paper_drive(plant=values, **drive, **levels), load=load)
     if not np.isfinite(lap.position_m).all() or lap.position_m.max() > LOST_M:

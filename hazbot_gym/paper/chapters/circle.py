@@ -2,33 +2,39 @@
 
 from __future__ import annotations
 
-from typing import Any
+import math
 
 import numpy as np
 
 from hazbot_gym.config import make_config
-from hazbot_gym.core.fuzzy_pid import FuzzyPid
-from hazbot_gym.core.pid import PLANTS
 from hazbot_gym.paper.chapter import Chapter, Picture, Table
 from hazbot_gym.paper.circle import (
+    BAND,
+    FIGURE_NAMES,
     RADIUS_M,
+    START,
     TABLE_3,
     Figures,
     Lap,
     Point,
-    converged_s,
     critical_points,
     drive_lap,
     figures,
     paper_drive,
     printed_errors,
 )
+from hazbot_gym.paper.circle_variants import (
+    LAST_S,
+    LOOPS,
+    Converged,
+    Noisy,
+    bands,
+    noisy,
+    plants,
+    variants,
+)
 from hazbot_gym.paper.figures import circle as pictures
 from hazbot_gym.paper.numbers import reported
-
-LOOPS = {"fuzzy-PID": "fuzzy_pid", "PID": "pid"}
-NOISE = {"wheel_noise_radps": 0.01, "heading_noise_rad": 0.002}  # SPEC section 6
-NOISY_BANDS = (0.001, 0.005, 0.01)
 
 
 def chapter(quick: bool) -> Chapter:
@@ -36,86 +42,48 @@ def chapter(quick: bool) -> Chapter:
     laps = {name: drive_lap(paper_drive(wheel_loop=loop)) for name, loop in LOOPS.items()}
     here = {name: figures(lap) for name, lap in laps.items()}
     points = critical_points(laps["fuzzy-PID"])
-    plants = {
-        f"{plant}, {name}": figures(drive_lap(paper_drive(plant=plant, wheel_loop=loop)))
-        for plant in PLANTS
-        for name, loop in LOOPS.items()
-    }
-    others = variants()
-    noisy = {name: noisy_laps(loop, 20 if quick else 200) for name, loop in LOOPS.items()}
-    robot = make_config(scenario="circle")
-    decimals = -round(np.log10(0.001))
+    on_plants, others = plants(), variants()
+    by_band = {name: bands(lap) for name, lap in laps.items()}
+    under_noise = {name: noisy(loop, 20 if quick else 200) for name, loop in LOOPS.items()}
     return Chapter(
         number="5.2",
         title="Combination Autonomous Behavior Strategy: the circle",
         here={
-            "circle_sampling_s": robot.clock.physics_s,
-            "circle_decimals": decimals,
+            "circle_sampling_s": make_config(scenario="circle").clock.physics_s,
+            "circle_decimals": -round(math.log10(BAND)),
             "circle_radius_m": RADIUS_M,
-            "circle_start_x_m": 0.0,
-            "circle_start_y_m": 0.0,
-            "circle_start_theta_rad": 0.0,
+            "circle_start_x_m": START.x,
+            "circle_start_y_m": START.y,
+            "circle_start_theta_rad": START.theta,
             **_four("fuzzy", here["fuzzy-PID"]),
             **_four("pid", here["PID"]),
             **_table_3(points),
         },
         record={
-            "plants": {name: found._asdict() for name, found in plants.items()},
+            "plants": {name: found._asdict() for name, found in on_plants.items()},
             "variants": {name: found._asdict() for name, found in others.items()},
-            "noise": noisy,
+            "bands": {
+                name: {band: found._asdict() for band, found in by_name.items()}
+                for name, by_name in by_band.items()
+            },
+            "noise": {
+                name: found._asdict()
+                | {"spreads": {key: each._asdict() for key, each in found.spreads.items()}}
+                for name, found in under_noise.items()
+            },
             "table_3": [point._asdict() for point in points],
             "table_3_printed_errors_m": printed_errors(),
         },
-        text=_text(here, noisy, points),
+        text=_text(here, under_noise, points),
         tables=(
-            _figure_table("All plants of SPEC section 5, beside the paper", plants),
+            _figure_table("All plants of SPEC section 5, beside the paper", on_plants),
             _figure_table("Plant B with one thing changed", others),
-            _noise_table(noisy),
+            _band_table(by_band),
+            _noise_table(under_noise),
             _point_table(points),
         ),
         pictures=_pictures(laps, points),
     )
-
-
-def variants() -> dict[str, Figures]:
-    """Return the four numbers on plant B with one thing changed, for both controllers."""
-    changes: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
-        "rules see wanted minus actual (s = +1)": ({"fuzzy": FuzzyPid(sign=1.0)._asdict()}, {}),
-        "symmetric tables": ({"tables": "symmetric"}, {}),
-        "0.3 m/s": ({"nominal_speed_mps": 0.3}, {}),
-        "radius 3.5 m": ({}, {"radius_m": 3.5}),
-        "steps of 0.005 s": ({}, {"physics_s": 0.005}),
-        "steps of 0.02 s": ({}, {"physics_s": 0.02}),
-        "|u| at most 10": ({"plant": PLANTS["B"]._replace(u_max=10.0)._asdict()}, {}),
-    }
-    found = {}
-    for what, (drive, lap) in changes.items():
-        only_fuzzy = "fuzzy" in drive or "tables" in drive
-        for name, loop in LOOPS.items():
-            if not (only_fuzzy and loop == "pid"):
-                driven = drive_lap(paper_drive(wheel_loop=loop, **drive), **lap)
-                found[f"{what}, {name}"] = figures(driven)
-    return found
-
-
-def noisy_laps(loop: str, seeds: int) -> dict[str, dict[str, float]]:
-    """Return mean and deviation of the numbers over noise seeds."""
-    laps = [drive_lap(paper_drive(wheel_loop=loop, **NOISE), key=key) for key in range(seeds)]
-    columns: dict[str, list[float]] = {
-        "position_max_m": [float(lap.position_m.max()) for lap in laps],
-        "angle_max_rad": [float(lap.angle_rad.max()) for lap in laps],
-    }
-    for band in NOISY_BANDS:
-        columns[f"position below {band:g} m [s]"] = [
-            converged_s(lap.time_s, lap.position_m, band) for lap in laps
-        ]
-        columns[f"angle below {band:g} rad [s]"] = [
-            converged_s(lap.time_s, lap.angle_rad, band) for lap in laps
-        ]
-    return {
-        name: {"mean": float(np.mean(values)), "sd": float(np.std(values, ddof=1))}
-        for name, values in columns.items()
-    } | {"seeds": {"mean": float(seeds), "sd": 0.0}}
 
 
 def _four(name: str, found: Figures) -> dict[str, float]:
@@ -142,12 +110,12 @@ def _paper(name: str) -> Figures:
 
 
 def _text(
-    here: dict[str, Figures], noisy: dict[str, dict[str, dict[str, float]]], points: list[Point]
+    here: dict[str, Figures], under_noise: dict[str, Noisy], points: list[Point]
 ) -> tuple[str, ...]:
     fuzzy, fixed, paper = here["fuzzy-PID"], here["PID"], _paper("fuzzy-PID")
-    at_most = noisy["fuzzy-PID"]["position_max_m"]
-    never = noisy["fuzzy-PID"][f"position below {NOISY_BANDS[0]:g} m [s]"]
-    late = noisy["fuzzy-PID"][f"position below {NOISY_BANDS[2]:g} m [s]"]
+    noise = under_noise["fuzzy-PID"]
+    most, when = noise.spreads["position_max_m"], noise.spreads["position_converged_s"]
+    left = noise.spreads["position_left_m"].median
     ours, theirs = np.divide(fuzzy, fixed), np.divide(paper, _paper("PID"))
     return (
         f"The robot stands at the start of a circle of {RADIUS_M} m while its target sets off at "
@@ -165,11 +133,13 @@ def _text(
         f"{', '.join(f'{ratio:.2f}' for ratio in theirs)} in the paper. No plant "
         "was found that gives all eight.",
         "With the sensor noise of Table 2 the position error last exceeds 0.001 m at "
-        f"{never['mean']:.1f} ± {never['sd']:.1f} s (mean and deviation over "
-        f"{noisy['fuzzy-PID']['seeds']['mean']:.0f} seeds) and {NOISY_BANDS[2]:g} m at "
-        f"{late['mean']:.1f} ± {late['sd']:.2f} s: the third decimal lies within the noise, and "
-        "when an error converges to it is luck. The largest position error hardly moves, "
-        f"{at_most['mean']:.4f} ± {at_most['sd']:.4f} m.",
+        f"{when.median:.1f} s (median of {noise.seeds} seeds; 5 to 95 %: {when.low:.1f} to "
+        f"{when.high:.1f} s). Noise alone leaves {1e3 * left:.2f} mm RMS, below the band of "
+        f"{1e3 * BAND:g} mm, and still lifts the error over it in the last {LAST_S:g} s in "
+        f"{noise.unsettled_position:.0%} of laps (the angle error: {noise.unsettled_angle:.0%}). "
+        "So an error that has converged to the third decimal need not stay there, and when it "
+        "does is luck. The largest position error hardly moves: "
+        f"{most.low:.4f} to {most.high:.4f} m.",
         "Of Table 3 three entries contradict the others: the error of row 2 follows from its "
         f"coordinates as {printed_errors()[1]:.4f} m (printed 0.014); in row 4 the sign of y is "
         "wrong, or the robot would be 6.854 m off the circle; in row 5 x_r = 0.002 and x = -0.002 "
@@ -192,22 +162,42 @@ def _figure_table(caption: str, found: dict[str, Figures]) -> Table:
         )
         for name, each in {**paper, **found}.items()
     ]
-    head = ("", "largest position error [m]", "largest angle error [rad]",
-            "position converged [s]", "angle converged [s]")  # fmt: skip
-    return Table(caption, head, rows)
+    return Table(caption, ("", *FIGURE_NAMES), rows)
 
 
-def _noise_table(noisy: dict[str, dict[str, dict[str, float]]]) -> Table:
-    names = [name for name in noisy["PID"] if name != "seeds"]
+def _band_table(by_band: dict[str, dict[str, Converged]]) -> Table:
+    fuzzy, fixed = (by_band[name] for name in ("fuzzy-PID", "PID"))
+    head = ("below", "position, fuzzy-PID", "position, PID", "angle, fuzzy-PID", "angle, PID")
+    rows = [
+        (
+            band,
+            f"{fuzzy[band].position_s:.2f}",
+            f"{fixed[band].position_s:.2f}",
+            f"{fuzzy[band].angle_s:.2f}",
+            f"{fixed[band].angle_s:.2f}",
+        )
+        for band in fuzzy
+    ]
+    return Table("Plant B: when an error converged [s], by what that means [m, rad]", head, rows)
+
+
+def _noise_table(under_noise: dict[str, Noisy]) -> Table:
+    names = under_noise["PID"].spreads
     return Table(
-        f"Plant B with the noise of Table 2, {noisy['PID']['seeds']['mean']:.0f} seeds",
-        ("", *(f"{name}: mean ± sd" for name in LOOPS)),
+        f"Plant B with the noise of Table 2, {under_noise['PID'].seeds} seeds",
+        ("", *(f"{name}: median (5 to 95 %)" for name in LOOPS)),
         [
-            (name, *(f"{found[name]['mean']:.4g} ± {found[name]['sd']:.2g}"
-                     for found in noisy.values()))
+            (
+                name,
+                *(
+                    f"{found.spreads[name].median:.4g} "
+                    f"({found.spreads[name].low:.4g} to {found.spreads[name].high:.4g})"
+                    for found in under_noise.values()
+                ),
+            )
             for name in names
         ],
-    )  # fmt: skip
+    )
 
 
 def _point_table(points: list[Point]) -> Table:

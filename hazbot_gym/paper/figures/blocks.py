@@ -6,6 +6,8 @@ from typing import Any, NamedTuple
 
 from matplotlib.patches import Rectangle
 
+from hazbot_gym.core.fuzzy_pid import FuzzyPid, rule_tables
+from hazbot_gym.core.pid import PidGains
 from hazbot_gym.paper.figures.style import BLUE, INK, SOFT, new, svg
 
 
@@ -72,21 +74,24 @@ def _draw_arrow(axis: Any, arrow: Arrow) -> None:
 
 def wheel_loop() -> str:
     """Draw the fuzzy-PID of one wheel (Figure 8b)."""
+    base, fuzzy, rules = PidGains(), FuzzyPid(), rule_tables()[0].size
     boxes = [
         Box(0.95, 1.2, "wanted wheel\nspeed (eq 13)", width=1.5),
-        Box(3.9, 3.0, "E = s 0.9 e\nEC = s 0.1 de/dt", "FuzzyPid"),
-        Box(6.9, 3.0, "49 rules, centroid\nFp, Fi, Fd", "fuzzy_pid.infer", width=2.5),
-        Box(10.2, 3.0, "kp = 9 + 3 Fp, ki = 2 + Fi,\nkd = 3 + Fd (eq 15)",
-            "fuzzy_pid_gains", width=3.2),
+        Box(3.9, 3.0, f"E = s {fuzzy.error_scale:g} e\nEC = s {fuzzy.rate_scale:g} de/dt",
+            "FuzzyPid"),
+        Box(6.9, 3.0, f"{rules} rules, centroid\nFp, Fi, Fd", "fuzzy_pid.infer", width=2.5),
+        Box(10.2, 3.0, f"kp = {base.kp:g} + {fuzzy.kp_span:g} Fp, ki = {base.ki:g} + "
+            f"{fuzzy.ki_span:g} Fi,\nkd = {base.kd:g} + {fuzzy.kd_span:g} Fd (eq 15)",
+            "fuzzy_pid_gains", width=3.6),
         Box(6.9, 1.2, "u = kp e + ki int e + kd de/dt\n(eq 14)", "pid.pid_law", width=3.4),
         Box(10.6, 1.2, "motor: lag T,\ngain K (1 ± a)", "pid.motor_step", width=2.3),
     ]  # fmt: skip
     arrows = [
         Arrow(((1.7, 1.2), (2.5, 1.2))),
-        Arrow(((2.75, 1.2), (5.2, 1.2)), "e, de/dt", (4.2, 1.38)),
+        Arrow(((2.75, 1.2), (5.2, 1.2)), "e, de/dt", (4.5, 1.38)),
         Arrow(((3.9, 1.2), (3.9, 2.5))),
         Arrow(((5.0, 3.0), (5.65, 3.0))),
-        Arrow(((8.15, 3.0), (8.6, 3.0))),
+        Arrow(((8.15, 3.0), (8.4, 3.0))),
         Arrow(((10.2, 2.5), (10.2, 2.1), (6.9, 2.1), (6.9, 1.7)), "gains", (8.6, 2.26)),
         Arrow(((8.6, 1.2), (9.45, 1.2)), "u", (9.0, 1.38)),
         Arrow(((11.75, 1.2), (12.6, 1.2)), "w", (12.2, 1.38)),

@@ -108,7 +108,14 @@ def late_errors(laps: Mapping[str, Lap]) -> str:
             axis.plot(rounded(lap.time_s[::EVERY], 2), np.maximum(error[::EVERY], 1e-6),
                       color=COLORS[name], label=name)  # fmt: skip
         axis.axhline(BAND, color=INK, linewidth=0.9, linestyle=(0, (4, 3)))
-        axis.text(0.5, BAND * 1.2, "0.001: converged", fontsize=8)
+        axis.text(
+            1.0,
+            BAND * 1.6,
+            f"below {BAND:g}: converged",
+            fontsize=8,
+            ha="right",
+            transform=axis.get_yaxis_transform(),
+        )
         axis.set(xlabel="time [s]", ylabel=unit, yscale="log", ylim=(1e-6, 0.5))
     legend(axes[1])
     return svg(figure)

@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from hazbot_gym.core.fuzzy_pid import LIMIT, gain_table, look_up
+from hazbot_gym.core.fuzzy_pid import LIMIT, FuzzyPid, fuzzy_pid_gains, gain_table
+from hazbot_gym.core.kinematics import Chassis
 from hazbot_gym.core.pid import PidGains
-from hazbot_gym.paper.circle import Figures
+from hazbot_gym.paper.circle import Figures, paper_drive
 from hazbot_gym.paper.figures.style import (
     BLUE,
     HUES,
@@ -50,12 +51,14 @@ def sign_trap() -> str:
         (-1.0, "symmetric", SOFT, "tables mirrored from their negative half"),
     ):
         table = gain_table(tables)
-        kp = [base.kp + 3.0 * look_up(sign * 0.9 * float(e), 0.0, table)[0] for e in error]
+        fuzzy = FuzzyPid(sign=sign)
+        kp = [fuzzy_pid_gains(float(e), 0.0, base, fuzzy, table).kp for e in error]
         axis.plot(error, rounded(kp, 3), color=color, label=name)
     axis.axhline(base.kp, color=INK, linewidth=0.8, linestyle=(0, (4, 3)))
-    axis.text(-2.6, base.kp + 0.3, "the PID's kp = 9", fontsize=8)
-    axis.axvline(2.5, color=SOFT, linewidth=0.8, linestyle=":")
-    axis.text(2.47, 2.0, "start from rest", fontsize=8, ha="right", color=SOFT)
+    axis.text(-2.6, base.kp + 0.3, f"the PID's kp = {base.kp:g}", fontsize=8)
+    start = paper_drive().nominal_speed_mps / Chassis().r
+    axis.axvline(start, color=SOFT, linewidth=0.8, linestyle=":")
+    axis.text(start, 1.0, "start from rest ", fontsize=8, ha="right", color=SOFT)
     axis.set(xlabel="control error e of a wheel, wanted minus actual [rad/s]", ylabel="kp [-]")
     axis.set_ylim(0.0, 19.5)
     legend(axis, loc="upper left")

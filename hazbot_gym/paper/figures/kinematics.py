@@ -40,10 +40,11 @@ def turning(turns: list[Turn]) -> str:
     for axis, paper in zip(axes, (PAPER_RADIUS_M, PAPER_RATIO), strict=True):
         axis.plot(degrees, paper, "x", color=RED, markersize=8, label="paper")
     exact = turns[0]
-    for axis, value in zip(axes, (exact.radius_m, exact.ratio), strict=True):
+    beside = ((8, 8), (8, -12))  # where the curve leaves room
+    for axis, value, offset in zip(axes, (exact.radius_m, exact.ratio), beside, strict=True):
         axis.plot(degrees, value, "o", color=BLUE, fillstyle="none", label="at 20 deg")
         axis.annotate(
-            f"{value:.3f}", (degrees, value), xytext=(8, 8), textcoords="offset points", color=BLUE
+            f"{value:.3f}", (degrees, value), xytext=offset, textcoords="offset points", color=BLUE
         )
     axes[0].set_ylim(0.0, 3.0)
     axes[1].set_ylim(1.0, 2.6)
