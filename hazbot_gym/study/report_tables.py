@@ -87,7 +87,7 @@ def differences(block: Mapping[str, Any], policies: tuple[str, ...], reference: 
     lines = [
         Line(
             policy,
-            [_cell(block[policy]["difference"][column.metric], column) for column in columns],
+            [_compared(block[policy]["difference"][column.metric], column) for column in columns],
         )
         for policy in policies
         if policy != reference
@@ -131,6 +131,12 @@ def _cell(
 ) -> Cell:
     mean, low, high = (_number(estimate[end], column) for end in ("mean", "low", "high"))
     return Cell(mean, "" if mean == UNKNOWN else f"{low} to {high}", is_best)
+
+
+def _compared(difference: Mapping[str, float | None], column: Column) -> Cell:
+    """Return a difference with its interval and its corrected p-value."""
+    cell, p = _cell(difference, column), difference["p_holm"]
+    return cell if p is None else cell._replace(interval=f"{cell.interval}; p = {p:.2g}")
 
 
 def _number(value: float | None, column: Column | None) -> str:

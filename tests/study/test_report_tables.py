@@ -16,7 +16,7 @@ def result(value: float | None) -> dict[str, Any]:
     names = [*(column.metric for column in COLUMNS), "stl"]
     return {
         "metrics": {name: estimate(value) for name in names},
-        "difference": {name: estimate(value) for name in COMPARED},
+        "difference": {name: estimate(value) | {"p_holm": 0.0123} for name in COMPARED},
     }
 
 
@@ -52,4 +52,4 @@ def test_differences_leave_out_the_reference() -> None:
     block = {"a": result(0.0), "b": result(-1.0)}
     table = report_tables.differences(block, ("a", "b"), "a")
     assert [line.name for line in table.lines] == ["b"]
-    assert table.lines[0].cells[2].mean == "-1.00"
+    assert table.lines[0].cells[2][:2] == ("-1.00", "-1.25 to -0.75; p = 0.012")
