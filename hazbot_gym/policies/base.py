@@ -106,8 +106,8 @@ REGISTER = {
     ),
     "velocity_obstacle": Entry(
         "hazbot_gym.policies.velocity_obstacle:VelocityObstacle",
-        "largest speed that meets nobody within horizon_s= if people avoid too; responsibility=, "
-        "margin_m=, nominal_mps=",
+        "largest speed that comes nobody nearer than margin_m= within horizon_s=; "
+        "responsibility=, nominal_mps=",
     ),
     "mpc": Entry(
         "hazbot_gym.policies.mpc:Mpc",

@@ -2,7 +2,8 @@
 
 One of the paper's five levels for each phase of Hall (1966), from standing in the intimate zone to
 nominal speed from the far social phase on. It is the paper's idea without the fuzziness: what the
-memberships and patterns of ``fuzzy_expert`` are worth shows beside it. The zones are of people. Of
+memberships and patterns of ``fuzzy_expert`` are worth shows beside it. Wider zones than Hall's slow
+the robot before anybody is near, which is why they are the default. The zones are of people. Of
 bare ultrasonic readings they would make a crawl of every corridor, whose walls stay in the personal
 zone; so on the sonar tier too it is the people of ``sonar_estimate`` who count.
 """
@@ -31,7 +32,7 @@ SHARES = np.array([0.0, 0.25, 0.5, 0.75, 1.0])  # within each bound, and beyond 
 class HallSteps(PeopleRule):
     """Drives at the speed of the zone in which the nearest person is."""
 
-    scale: Annotated[float, Ge(0)] = 1.0  # of the zones; the knob of the family
+    scale: Annotated[float, Ge(0)] = 2.0  # of the zones, 1 as Hall has them; the knob of the family
 
     def speed_share(self, observation: Observations) -> Floats:
         """Return one of the five levels; see ``base.Rule``."""

@@ -10,8 +10,9 @@ and b. Every person who is in the robot's lane, or will step into it soon, is on
 gap to where that happens; the strictest counts. v is the speed commanded last, so that the model
 drives on where the drive still lags behind.
 
-Left out: people beside the lane, whatever their personal space; and that people, other than cars,
-step aside. It is made for those who walk ahead.
+The default lane is as wide as the corridor, and the headway longer than any driver's: the robot is
+slow, and people want room. Left out: people beside the lane and behind, whatever their personal
+space; and that people, other than cars, step aside. It is made for those who walk ahead.
 """
 
 from __future__ import annotations
@@ -40,8 +41,8 @@ TOUCHING_M = 0.01  # smaller gaps count as this
 class Idm(PeopleRule):
     """Keeps a minimum gap and a time headway to everybody in its lane."""
 
-    headway_s: Annotated[float, Ge(0)] = 1.6  # T, the knob of the family
-    lane_m: Annotated[float, Gt(0)] = 0.6  # from the robot's way to the lane's edge, for centres
+    headway_s: Annotated[float, Ge(0)] = 6.0  # T, the knob of the family
+    lane_m: Annotated[float, Gt(0)] = 1.2  # from the way to the lane's edge, for centres
     gap_m: Annotated[float, Ge(0)] = INTIMATE_M  # s0
     nominal_mps: Annotated[float, Gt(0)] = NOMINAL_MPS  # v0, speed of action +1
 

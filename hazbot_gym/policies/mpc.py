@@ -4,7 +4,7 @@ In every decision the best plan over the horizon is worked out (``mpc_plan``), i
 commanded, and the rest is thrown away. The plan earns the library's reward, ``task/reward.py``, as
 far as it can be predicted: progress, smoothness, intrusion and contact, by the same formulas and
 weights, but for the weight of intrusion, which is the knob. Progress that a plan gives up is only
-put off, not lost: more than the reward's own weight of intrusion may well pay.
+put off, not lost; so more than the reward's own weight of intrusion pays.
 
 Left out: that people give way, turn, or come into sight; burden, tracking and arrival; who is to
 blame for a contact. The way ahead bends everywhere as the path does a metre ahead, so that a
@@ -37,7 +37,7 @@ PROGRESS, SMOOTHNESS, CONTACT = 1.0, 0.5, 200.0  # weights of the reward, withou
 class Mpc(PeopleRule):
     """Drives as the best plan begins."""
 
-    intrusion: Annotated[float, Ge(0)] = 4.0  # weight, the knob of the family
+    intrusion: Annotated[float, Ge(0)] = 16.0  # weight, the knob of the family
     horizon_s: Annotated[float, Gt(0)] = 4.0
     nominal_mps: Annotated[float, Gt(0)] = NOMINAL_MPS  # speed of action +1
 

@@ -8,8 +8,10 @@ direction with at most V, has stopped before they meet if
 
 with braking b, acceleration A, and a decision every eps. Who walks into a standing robot is not the
 robot's fault. Nothing is asked of where people are heading, so nothing is lost if they turn: the
-proof holds as long as V does, which is why V is assumed, not measured. Left out: the proof's
-uncertainty of position (its d is that of the tracker), and the drive's lag behind its command.
+proof holds as long as V does, which is why V is assumed, not measured. A walker's V is enough not
+to hit anybody; the default is a runner's, since people want more room than safety asks. Left out:
+the proof's uncertainty of position (d is what the tracker says), and the drive's lag behind its
+command.
 """
 
 from __future__ import annotations
@@ -34,7 +36,7 @@ from hazbot_gym.task.observation import layout_of
 class PassiveSafety(PeopleRule):
     """Drives at the largest speed that is passively safe towards everybody."""
 
-    obstacle_mps: Annotated[float, Ge(0)] = 1.6  # V, the knob of the family; ISO 13855's walker
+    obstacle_mps: Annotated[float, Ge(0)] = 4.0  # V, the knob of the family
     nominal_mps: Annotated[float, Gt(0)] = NOMINAL_MPS  # speed of action +1
 
     def speed_share(self, observation: Observations) -> Floats:

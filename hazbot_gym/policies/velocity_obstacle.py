@@ -12,7 +12,8 @@ avoids. Of a grid of speeds the largest that is not forbidden is taken, and none
 
 The robot cannot leave its path, so that from whoever comes straight on only standing helps. With
 r = 1 this is the rule ``ttc`` on a finer grid. Left out: ORCA's half planes, which in one dimension
-leave an interval of this set.
+leave an interval of this set. Discs are as wide as personal space, not as bodies: how wide counts
+for more than how far the horizon is.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from annotated_types import Ge, Gt, Le
 from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
-from hazbot_gym.core.proxemics import INTIMATE_M
+from hazbot_gym.core.proxemics import PERSONAL_M
 from hazbot_gym.core.state import Floats
 from hazbot_gym.policies.base import Observations
 from hazbot_gym.policies.people_rule import PeopleRule
@@ -40,9 +41,9 @@ SHARES = np.linspace(1.0, 0.0, 21)  # of the nominal speed
 class VelocityObstacle(PeopleRule):
     """Drives at the largest speed outside everybody's velocity obstacle."""
 
-    horizon_s: Annotated[float, Ge(0)] = 2.0  # the knob of the family
+    horizon_s: Annotated[float, Ge(0)] = 2.0  # later meetings do not count
     responsibility: Annotated[float, Gt(0), Le(1)] = 0.5  # r
-    margin_m: Annotated[float, Ge(0)] = INTIMATE_M  # added to the radii, as for ``ttc``
+    margin_m: Annotated[float, Ge(0)] = PERSONAL_M  # added to the radii; the knob of the family
     nominal_mps: Annotated[float, Gt(0)] = NOMINAL_MPS  # speed of action +1
 
     def speed_share(self, observation: Observations) -> Floats:
