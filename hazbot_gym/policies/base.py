@@ -92,6 +92,27 @@ REGISTER = {
         "hazbot_gym.policies.ttc:Ttc",
         "largest speed without a collision within horizon_s=; margin_m=, nominal_mps=",
     ),
+    "hall_steps": Entry(
+        "hazbot_gym.policies.hall_steps:HallSteps",
+        "the speed of Hall's zone in which the nearest person is; scale= of the zones",
+    ),
+    "passive_safety": Entry(
+        "hazbot_gym.policies.passive_safety:PassiveSafety",
+        "stands before anybody walking at obstacle_mps= can reach it; nominal_mps=",
+    ),
+    "idm": Entry(
+        "hazbot_gym.policies.idm:Idm",
+        "follows like a car whoever is in its lane; headway_s=, lane_m=, gap_m=, nominal_mps=",
+    ),
+    "velocity_obstacle": Entry(
+        "hazbot_gym.policies.velocity_obstacle:VelocityObstacle",
+        "largest speed that comes nobody nearer than margin_m= within horizon_s=; "
+        "responsibility=, nominal_mps=",
+    ),
+    "mpc": Entry(
+        "hazbot_gym.policies.mpc:Mpc",
+        "best plan if people walk straight on, its weight of intrusion=; horizon_s=, nominal_mps=",
+    ),
     "fuzzy_expert": Entry(
         "hazbot_gym.policies.fuzzy_expert:FuzzyExpert",
         "the paper's fuzzy strategy; rules=, pattern=, t_norm=, release=, scale=, horizon_s=",

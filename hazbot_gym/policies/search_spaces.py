@@ -24,7 +24,12 @@ SPACES: dict[str, Space] = {
     "stop_on_sight": {"stop_m": Interval(0.2, 2.5)},
     "stop_when_near": {"stop_m": Interval(0.0, 2.5)},
     "ssm": {"mode": ("strict", "directional"), "margin_m": Interval(-0.55, 2.0)},
-    "ttc": {"horizon_s": Interval(0.0, 15.0), "margin_m": Interval(0.0, 1.5)},
+    "ttc": {"horizon_s": Interval(0.0, 30.0), "margin_m": Interval(0.0, 1.5)},
+    "hall_steps": {"scale": Interval(0.2, 5.0)},
+    "passive_safety": {"obstacle_mps": Interval(0.0, 10.0)},
+    "idm": {"headway_s": Interval(0.0, 15.0)},
+    "velocity_obstacle": {"margin_m": Interval(0.0, 2.5)},
+    "mpc": {"intrusion": Interval(0.0, 100.0)},
     "social_force": {"strength": Interval(0.0, 100.0)},
     "fuzzy_expert": {
         "scale": Interval(0.3, 2.0),

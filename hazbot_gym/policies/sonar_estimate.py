@@ -29,11 +29,11 @@ import numpy.typing as npt
 
 from hazbot_gym.core.state import PATTERN_NAMES, PERSON_RADIUS_M, Floats, Ints
 from hazbot_gym.core.ultrasonic import SENSOR_NAMES, SIDE_LEFT, Ultrasonic
+from hazbot_gym.policies.robot import DECISION_S
 from hazbot_gym.task.observation import HORIZON_S, SONAR_RANGE_M
 
 Flags = npt.NDArray[np.bool_]
 
-DECISION_S = 0.1  # between two observations, which do not tell it
 ALPHA, BETA = 0.6, 0.27  # gains of r and u, critically damped: beta = 2(2 - a) - 4 sqrt(1 - a)
 LEAP_M = 0.35  # so far from what was predicted is another source; nobody comes at 3.5 m/s
 MOVING_MPS = 0.2  # almost four standard deviations of u, with the paper's noise of +-0.03 m

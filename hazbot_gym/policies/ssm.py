@@ -17,10 +17,12 @@ from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
 from hazbot_gym.core.ssm import SsmThresholds, permitted_speed
-from hazbot_gym.core.state import PERSON_RADIUS_M, ROBOT_RADIUS_M, Floats
+from hazbot_gym.core.state import Floats
 from hazbot_gym.policies.base import Observations
 from hazbot_gym.policies.people_rule import PeopleRule
-from hazbot_gym.task.observation import PERSON_SLOTS, layout_of
+from hazbot_gym.policies.people_seen import clearances_m, of_people
+from hazbot_gym.policies.robot import NOMINAL_MPS
+from hazbot_gym.task.observation import layout_of
 
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid"))
@@ -29,20 +31,15 @@ class Ssm(PeopleRule):
 
     mode: Literal["strict", "directional"] = "strict"
     margin_m: Annotated[float, Ge(-0.55)] = 0.0  # added to the distance; the knob of the family
-    nominal_mps: Annotated[float, Gt(0)] = 0.5  # speed of action +1
+    nominal_mps: Annotated[float, Gt(0)] = NOMINAL_MPS  # speed of action +1
 
     def speed_share(self, observation: Observations) -> Floats:
         """Return the share that the strictest person permits; see ``base.Rule``."""
         seen = layout_of(observation).decode(observation)
-        permitted = [self._beside(seen, i) for i in range(PERSON_SLOTS)]
-        return np.clip(np.min(permitted, axis=0) / self.nominal_mps, 0.0, 1.0)
-
-    def _beside(self, seen: dict[str, Floats], i: int) -> Floats:
-        """Return the speed that person i permits, infinite if there is none."""
-        clearance_m = seen[f"person{i}_distance_m"] - ROBOT_RADIUS_M - PERSON_RADIUS_M
         approach_mps = None
         if self.mode == "directional":
-            own_mps = seen["speed_mps"] * seen[f"person{i}_bearing_cos"]
-            approach_mps = np.maximum(seen[f"person{i}_closing_mps"] - own_mps, 0.0)
-        speed_mps = permitted_speed(clearance_m - self.margin_m, SsmThresholds(), approach_mps)
-        return np.where(seen[f"person{i}_present"] > 0.5, speed_mps, np.inf)
+            own_mps = seen["speed_mps"][..., None] * of_people(seen, "bearing_cos")
+            approach_mps = np.maximum(of_people(seen, "closing_mps") - own_mps, 0.0)
+        spare_m = clearances_m(seen) - self.margin_m
+        permitted_mps = permitted_speed(spare_m, SsmThresholds(), approach_mps).min(axis=-1)
+        return np.clip(permitted_mps / self.nominal_mps, 0.0, 1.0)

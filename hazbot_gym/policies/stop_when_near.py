@@ -13,10 +13,11 @@ from annotated_types import Ge
 from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
-from hazbot_gym.core.state import PERSON_RADIUS_M, ROBOT_RADIUS_M, Floats
+from hazbot_gym.core.state import Floats
 from hazbot_gym.policies.base import Observations
 from hazbot_gym.policies.people_rule import PeopleRule
-from hazbot_gym.task.observation import PERSON_SLOTS, layout_of
+from hazbot_gym.policies.people_seen import clearances_m
+from hazbot_gym.task.observation import layout_of
 
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid"))
@@ -28,8 +29,4 @@ class StopWhenNear(PeopleRule):
     def speed_share(self, observation: Observations) -> Floats:
         """Return 0 or 1; see ``base.Rule``."""
         seen = layout_of(observation).decode(observation)
-        is_near = np.zeros(np.shape(observation)[:-1], np.bool_)
-        for i in range(PERSON_SLOTS):
-            clearance = seen[f"person{i}_distance_m"] - PERSON_RADIUS_M - ROBOT_RADIUS_M
-            is_near |= (seen[f"person{i}_present"] > 0.5) & (clearance < self.stop_m)
-        return np.where(is_near, 0.0, 1.0)
+        return np.where((clearances_m(seen) < self.stop_m).any(axis=-1), 0.0, 1.0)

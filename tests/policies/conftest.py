@@ -9,7 +9,11 @@ import gymnasium
 import numpy as np
 import pytest
 
-from hazbot_gym.task.observation import LAYOUTS
+from hazbot_gym.core.geometry import straight_path
+from hazbot_gym.core.state import ROBOT, TRACK, records
+from hazbot_gym.task.observation import LAYOUTS, encode
+
+PATH = straight_path(np.array([[0.0, 0.0], [20.0, 0.0]])).view(np.recarray)
 
 
 class Blank(gymnasium.Env[Any, Any]):
@@ -39,3 +43,33 @@ def seen() -> Callable[..., Any]:
         return rng.uniform(layout.low, layout.high, (500, layout.width)).astype(np.float32)
 
     return draw
+
+
+@pytest.fixture
+def observe() -> Callable[..., Any]:
+    """Return what makes the observation of a robot at the origin, driving ahead at v.
+
+    People are given as (x, y, vx, vy); the path ahead is straight.
+    """
+
+    def encoded(*people: tuple[float, float, float, float], v: float, command: float = 0.0) -> Any:
+        robot = records(ROBOT, 1).view(np.recarray)[0]
+        robot.v, robot.command = v, command
+        tracks = records(TRACK, len(people)).view(np.recarray)
+        for track, (x, y, vx, vy) in zip(tracks, people, strict=True):
+            track.visible, track.x, track.y, track.vx, track.vy = 1, x, y, vx, vy
+        out = np.zeros(LAYOUTS["tracks"].width, np.float32)
+        encode(robot, PATH, np.full(4, 4.0), tracks, out)
+        return out
+
+    return encoded
+
+
+@pytest.fixture
+def share() -> Callable[..., float]:
+    """Return what asks a policy for its share of the nominal speed."""
+
+    def asked(policy: Any, observation: Any) -> float:
+        return float(policy.predict(observation)[0][0] + 1.0) / 2.0
+
+    return asked

@@ -12,14 +12,24 @@ from hazbot_gym.study.rollout import evaluate
 from hazbot_gym.task.observation import LAYOUTS, PERSON_SLOTS
 
 SONAR, TRACKS = LAYOUTS["sonar"], LAYOUTS["tracks"]
-RULES = ("fuzzy_expert", "ssm", "ssm:mode=directional", "ttc", "social_force:strength=16")
+RULES = (
+    "fuzzy_expert",
+    "ssm",
+    "ssm:mode=directional",
+    "ttc",
+    "social_force:strength=16",
+    "hall_steps",
+    "passive_safety",
+    "velocity_obstacle",
+)
+BRAKING = ("idm", "mpc")  # not more than the robot can
 
 
 def hears(front_m: npt.ArrayLike, v: float = 0.5) -> npt.NDArray[np.float32]:
     """Return sonar observations (..., n) of a corridor with something in both cones in front."""
     row = np.zeros((*np.shape(front_m), SONAR.width))
     values = {"range_front_left_m": front_m, "range_front_right_m": front_m, "speed_mps": v}
-    values |= {"range_left_m": 0.9, "range_right_m": 0.9}
+    values |= {"range_left_m": 0.9, "range_right_m": 0.9, "command_mps": v}
     for name, value in values.items():
         column = SONAR.names.index(name)
         row[..., column] = np.asarray(value) / SONAR.fields[column].scale
@@ -42,7 +52,14 @@ def test_rule_slows_down_on_sonar_for_who_comes_and_not_for_the_corridor(spec: s
     assert shares(policy, [hears(2.1 - 0.18 * k) for k in range(7)])[-1] < 0.5
 
 
-@pytest.mark.parametrize("spec", RULES)
+@pytest.mark.parametrize("spec", BRAKING)
+def test_rule_brakes_on_sonar_for_who_comes_and_not_for_the_corridor(spec: str) -> None:
+    policy = policies.make(spec)
+    assert shares(policy, [hears(2.245)] * 30) == [1.0] * 30
+    assert shares(policy, [hears(2.1 - 0.18 * k) for k in range(7)])[-1] < 0.7
+
+
+@pytest.mark.parametrize("spec", [*RULES, *BRAKING])
 def test_stacked_sonar_observations_get_the_actions_of_each(spec: str) -> None:
     policy = policies.make(spec)
     readings = 2.1 - np.outer(np.arange(9), [0.18, 0.1, 0.0, 0.02])

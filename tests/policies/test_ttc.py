@@ -1,34 +1,17 @@
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from hazbot_gym.core.geometry import straight_path
-from hazbot_gym.core.state import ROBOT, TRACK, records
 from hazbot_gym.policies.ttc import SHARES, Ttc
-from hazbot_gym.task.observation import LAYOUTS, encode
 
-PATH = straight_path(np.array([[0.0, 0.0], [20.0, 0.0]])).view(np.recarray)
-
-
-def observe(*people: tuple[float, float, float, float], v: float) -> npt.NDArray[np.float32]:
-    """Return what a robot at the origin, driving ahead at v, sees of people (x, y, vx, vy)."""
-    robot = records(ROBOT, 1).view(np.recarray)[0]
-    robot.v = v
-    tracks = records(TRACK, len(people)).view(np.recarray)
-    for track, (x, y, vx, vy) in zip(tracks, people, strict=True):
-        track.visible, track.x, track.y, track.vx, track.vy = 1, x, y, vx, vy
-    out = np.zeros(LAYOUTS["tracks"].width, np.float32)
-    encode(robot, PATH, np.full(4, 4.0), tracks, out)
-    return out
+Maker = Callable[..., Any]
 
 
-def share(policy: Ttc, observation: npt.NDArray[np.float32]) -> float:
-    return float(policy.predict(observation)[0][0] + 1.0) / 2.0
-
-
-def test_alone_it_drives_at_nominal_speed() -> None:
+def test_alone_it_drives_at_nominal_speed(observe: Maker, share: Maker) -> None:
     assert share(Ttc(), observe(v=0.5)) == 1.0
 
 
@@ -36,35 +19,37 @@ def test_alone_it_drives_at_nominal_speed() -> None:
     ("gap_m", "expected"), [(1.1, 1.0), (0.9, 0.75), (0.6, 0.5), (0.4, 0.25), (0.2, 0.0)]
 )
 def test_somebody_who_stands_ahead_is_neared_at_a_speed_that_leaves_the_horizon(
-    gap_m: float, expected: float
+    observe: Maker, share: Maker, gap_m: float, expected: float
 ) -> None:
     standing = observe((0.5 + gap_m, 0.0, 0.0, 0.0), v=0.25)
     assert share(Ttc(horizon_s=2.0, margin_m=0.0), standing) == expected
 
 
-def test_margin_keeps_so_much_farther_away() -> None:
+def test_margin_keeps_so_much_farther_away(observe: Maker, share: Maker) -> None:
     near, far = (observe((x, 0.0, 0.0, 0.0), v=0.25) for x in (1.1, 1.4))
     assert share(Ttc(2.0, margin_m=0.3), far) == share(Ttc(2.0, margin_m=0.0), near) == 0.5
 
 
-def test_somebody_who_passes_beside_does_not_slow_it_down() -> None:
+def test_somebody_who_passes_beside_does_not_slow_it_down(observe: Maker, share: Maker) -> None:
     beside = observe((2.0, 0.7, -1.3, 0.0), v=0.5)
     assert share(Ttc(margin_m=0.0), beside) == 1.0
     assert share(Ttc(margin_m=0.3), beside) < 1.0
 
 
-def test_it_stops_where_no_speed_helps() -> None:
+def test_it_stops_where_no_speed_helps(observe: Maker, share: Maker) -> None:
     assert share(Ttc(), observe((1.5, 0.0, -1.3, 0.0), v=0.5)) == 0.0
 
 
-def test_it_lets_somebody_cross_and_tells_to_which_side_the_person_walks() -> None:
+def test_it_lets_somebody_cross_and_tells_to_which_side_the_person_walks(
+    observe: Maker, share: Maker
+) -> None:
     to_the_way = observe((1.0, 1.5, 0.0, -1.0), v=0.5)
     off_the_way = observe((1.0, 1.5, 0.0, 1.0), v=0.5)
     assert share(Ttc(margin_m=0.0), to_the_way) < 1.0
     assert share(Ttc(margin_m=0.0), off_the_way) == 1.0
 
 
-def test_while_it_stands_the_worse_side_counts() -> None:
+def test_while_it_stands_the_worse_side_counts(observe: Maker, share: Maker) -> None:
     # The second velocity is the first one, mirrored at the line of sight.
     into_the_way, out_of_it = (1.0, 1.2, 0.0, -0.6), (1.0, 1.2, -0.59, -0.108)
     policy = Ttc(horizon_s=3.0, margin_m=0.0)
@@ -74,7 +59,9 @@ def test_while_it_stands_the_worse_side_counts() -> None:
     assert share(policy, observe(out_of_it, v=0.0)) < 1.0
 
 
-def test_longer_horizon_is_never_faster_towards_somebody_who_stands_or_comes() -> None:
+def test_longer_horizon_is_never_faster_towards_somebody_who_stands_or_comes(
+    observe: Maker, share: Maker
+) -> None:
     for u in (0.0, -0.8):
         for x in np.linspace(0.6, 4.0, 12):
             person = observe((float(x), 0.0, u, 0.0), v=0.3)
@@ -83,7 +70,9 @@ def test_longer_horizon_is_never_faster_towards_somebody_who_stands_or_comes() -
             assert set(shares) <= set(SHARES)
 
 
-def test_the_strictest_person_counts_and_stacked_observations_get_an_action_each() -> None:
+def test_the_strictest_person_counts_and_stacked_observations_get_an_action_each(
+    observe: Maker,
+) -> None:
     ahead, far = (1.2, 0.0, 0.0, 0.0), (3.0, 0.0, 0.0, 0.0)
     rows = np.stack([observe(v=0.3), observe(far, v=0.3), observe(far, ahead, v=0.3)])
     actions, state = Ttc().predict(rows, "kept")

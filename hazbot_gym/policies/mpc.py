@@ -1,0 +1,85 @@
+"""Model predictive control: the plan that would earn most if everybody walked straight on.
+
+In every decision the best plan over the horizon is worked out (``mpc_plan``), its first speed is
+commanded, and the rest is thrown away. The plan earns the library's reward, ``task/reward.py``, as
+far as it can be predicted: progress, smoothness, intrusion and contact, by the same formulas and
+weights, but for the weight of intrusion, which is the knob. Progress that a plan gives up is only
+put off, not lost; so more than the reward's own weight of intrusion pays.
+
+Left out: that people give way, turn, or come into sight; burden, tracking and arrival; who is to
+blame for a contact. The way ahead bends everywhere as the path does a metre ahead, so that a
+corner's beginning is taken for nearer, and its end for farther, than it is.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Ge, Gt
+from pydantic import ConfigDict
+from pydantic.dataclasses import dataclass
+
+from hazbot_gym.core.geometry import STRAIGHT_PER_M
+from hazbot_gym.core.state import Floats, as_record
+from hazbot_gym.policies.base import Observations
+from hazbot_gym.policies.mpc_plan import LEVELS, Problem, plan
+from hazbot_gym.policies.people_rule import PeopleRule
+from hazbot_gym.policies.people_seen import people_seen
+from hazbot_gym.policies.robot import ACCELERATION_MPS2, BRAKING_MPS2, DECISION_S, NOMINAL_MPS
+from hazbot_gym.task.observation import layout_of
+
+PROGRESS, SMOOTHNESS, CONTACT = 1.0, 0.5, 200.0  # weights of the reward, without their signs
+
+
+@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+class Mpc(PeopleRule):
+    """Drives as the best plan begins."""
+
+    intrusion: Annotated[float, Ge(0)] = 16.0  # weight, the knob of the family
+    horizon_s: Annotated[float, Gt(0)] = 4.0
+    nominal_mps: Annotated[float, Gt(0)] = NOMINAL_MPS  # speed of action +1
+
+    def speed_share(self, observation: Observations) -> Floats:
+        """Return the share with which the best plan begins; see ``base.Rule``."""
+        seen, shape = layout_of(observation).decode(observation), np.shape(observation)[:-1]
+        problem = self._problem()
+        places = problem.stages * 2 * LEVELS + 1
+        people = np.stack(people_seen(seen), axis=-2)
+        way = _way(seen["curvature_ahead_per_m"], np.arange(places) * problem.unit_m)
+        out = np.zeros(math.prod(shape))
+        plan(
+            people.reshape(-1, *people.shape[-2:]),
+            way.reshape(-1, 2, places),
+            (seen["speed_mps"] / self.nominal_mps).reshape(-1),
+            (seen["command_mps"] / self.nominal_mps).reshape(-1),
+            as_record(problem),
+            np.zeros((2, LEVELS + 1, places)),
+            np.zeros(places),
+            out,
+        )
+        return out.reshape(shape)
+
+    def _problem(self) -> Problem:
+        stage_s = self.nominal_mps / LEVELS / ACCELERATION_MPS2  # gains one level
+        decisions = stage_s / DECISION_S
+        return Problem(
+            stages=math.ceil(self.horizon_s / stage_s),
+            stage_s=stage_s,
+            unit_m=0.5 * self.nominal_mps / LEVELS * stage_s,
+            most_down=int(BRAKING_MPS2 / ACCELERATION_MPS2 + 1e-9),
+            progress=PROGRESS * decisions / (2 * LEVELS),
+            smoothness=SMOOTHNESS / LEVELS**2,
+            intrusion=self.intrusion * decisions,
+            contact=CONTACT,
+        )
+
+
+def _way(curvature_per_m: Floats, s: Floats) -> Floats:
+    """Return x ahead and y to the left of places on the way, (..., 2, S), at arc lengths s (S,)."""
+    is_straight = np.abs(curvature_per_m) < STRAIGHT_PER_M
+    k = np.where(is_straight, STRAIGHT_PER_M, curvature_per_m)[..., None]
+    half = 0.5 * k * s  # half angle formulas: 1 - cos would lose all digits of a line
+    chord = np.sin(half) * 2.0 / k
+    return np.stack([chord * np.cos(half), chord * np.sin(half)], axis=-2)

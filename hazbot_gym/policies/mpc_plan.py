@@ -1,0 +1,123 @@
+"""The best plan of speeds among people who keep their velocities, by dynamic programming.
+
+The lattice: ``LEVELS`` steps of speed from 0 to nominal, stages in which the robot gains one level
+at most, and places a half level's way per stage apart, so that from level i to level j it comes
+i + j places far. With V_t(i, s) the best that is still to be earned from stage t on,
+
+    V_t(i, s) = max over j of  V_{t+1}(j, s + i + j) - h_{t+1}(s + i + j) j/LEVELS - w_s (j - i)^2
+
+where h(s) is what it costs to be at place s, at nominal speed, after that stage: the weight of
+intrusion times its depth, and that of contact where bodies overlap. Standing costs nothing. The
+progress is paid at the end, V_T(i, s) = w_p s. The optimum of ``study/optimum.py`` is the same
+recursion over a whole episode, on a finer lattice, and with people whose way is known.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hazbot_gym.core.jit import lean_kernel, scalar
+from hazbot_gym.core.proxemics import intrusion_depth
+from hazbot_gym.core.state import Floats, Record, Records
+from hazbot_gym.policies.people_seen import RADII_M
+
+LEVELS = 5
+
+
+class Problem(NamedTuple):
+    """What is asked; weights are for a stage."""
+
+    stages: int
+    stage_s: float
+    unit_m: float  # between places
+    most_down: int  # levels that a stage may lose
+    progress: float  # w_p, for a place
+    smoothness: float  # w_s, for a change of one level
+    intrusion: float  # for a depth of 1 at nominal speed
+    contact: float  # for contact at nominal speed
+
+
+@lean_kernel
+def plan(
+    people: Floats, way: Floats, speeds: Floats, commands: Floats, problems: Records,
+    values: Floats, harm: Floats, out: Floats,
+) -> None:  # fmt: skip
+    """Write with which speed the best plan of each robot begins.
+
+    Args:
+        people: (N, 5, P) the fields of ``people_seen.People``.
+        way: (N, 2, S) x and y of the places ahead.
+        speeds: (N,) shares of the nominal speed, like all that follow.
+        commands: (N,) commanded last.
+        problems: (1,) record of ``Problem``.
+        values: (2, LEVELS + 1, S) to work with.
+        harm: (S,) to work with.
+        out: (N,) written.
+    """
+    problem = problems[0]
+    for n in range(people.shape[0]):
+        for level in range(LEVELS + 1):
+            for s in range(harm.shape[0]):
+                values[0, level, s] = problem.progress * s
+        for t in range(problem.stages, 0, -1):
+            _look(people[n], way[n], t, problem, harm)
+            _charge(values[0], harm, 2 * LEVELS * t + 1, values[1])
+            if t > 1:
+                _improve(values[1], 2 * LEVELS * (t - 1) + 1, problem, values[0])
+        level = int(min(max(speeds[n], 0.0), 1.0) * LEVELS + 0.5)
+        out[n] = _first(values[1], level, commands[n] * LEVELS, problem) / LEVELS
+
+
+@scalar
+def _look(people: Floats, way: Floats, t: int, problem: Record, harm: Floats) -> None:
+    """Write h(s) for every place that can be reached in t stages."""
+    end = 2 * LEVELS * t + 1
+    for s in range(end):
+        harm[s] = np.inf  # until below, squared distance to the nearest person
+    for i in range(people.shape[1]):
+        if people[4, i] > 0.0:
+            x = people[0, i] + people[2, i] * t * problem.stage_s
+            y = people[1, i] + people[3, i] * t * problem.stage_s
+            for s in range(end):
+                squared = (way[0, s] - x) ** 2 + (way[1, s] - y) ** 2
+                harm[s] = squared if squared < harm[s] else harm[s]
+    for s in range(end):
+        clearance_m = math.sqrt(harm[s]) - RADII_M
+        touches = problem.contact if clearance_m < 0.0 else 0.0
+        harm[s] = problem.intrusion * intrusion_depth(clearance_m) + touches
+
+
+@scalar
+def _charge(values: Floats, harm: Floats, end: int, after: Floats) -> None:
+    """Write the values after a stage, less what it costs to be there at each speed."""
+    for level in range(LEVELS + 1):
+        for s in range(end):
+            after[level, s] = values[level, s] - harm[s] * level / LEVELS
+
+
+@scalar
+def _improve(after: Floats, end: int, problem: Record, best: Floats) -> None:
+    """Write the best values before a stage from those after it."""
+    for i in range(LEVELS + 1):
+        for s in range(end):
+            best[i, s] = -np.inf
+        for j in range(max(i - problem.most_down, 0), min(i + 1, LEVELS) + 1):
+            change = problem.smoothness * (j - i) ** 2
+            following = after[j, i + j : i + j + end]
+            for s in range(end):  # compiles to vector instructions
+                value = following[s] - change
+                best[i, s] = value if value > best[i, s] else best[i, s]
+
+
+@scalar
+def _first(after: Floats, level: int, command: float, problem: Record) -> int:
+    """Return the best level to begin with, given the speed and what was commanded last."""
+    best, chosen = -np.inf, 0
+    for j in range(max(level - problem.most_down, 0), min(level + 1, LEVELS) + 1):
+        value = after[j, level + j] - problem.smoothness * (j - command) ** 2
+        if value > best:
+            best, chosen = value, j
+    return chosen
