@@ -46,8 +46,8 @@ class Mpc(PeopleRule):
         seen, shape = layout_of(observation).decode(observation), np.shape(observation)[:-1]
         problem = self._problem()
         places = problem.stages * 2 * LEVELS + 1
-        people = np.stack(people_seen(seen), axis=-2)
-        way = _way(seen["curvature_ahead_per_m"], np.arange(places) * problem.unit_m)
+        people = np.stack(people_seen(seen), axis=-2, dtype=np.float64)
+        way = _way(seen["curvature_ahead_per_m"], problem.unit_m * np.arange(float(places)))
         out = np.zeros(math.prod(shape))
         plan(
             people.reshape(-1, *people.shape[-2:]),

@@ -58,10 +58,10 @@ def meets_nobody(
         horizon_s: Later collisions do not count.
         margin_m: Added to the sum of the radii.
     """
-    x, y, vx, vy, is_there = (values[..., None] for values in people)
+    x, y, vx, vy = (values[..., None] for values in people[:4])
     time_s = time_to_collision(x, y, vx - speeds_mps, vy, RADII_M + margin_m)
-    is_free: npt.NDArray[np.bool_] = ((time_s > horizon_s) | ~is_there).all(axis=-2)
-    return is_free
+    is_met = (time_s <= horizon_s) & people.is_there[..., None]
+    return np.asarray(~is_met.any(axis=-2))
 
 
 def largest_free(shares: Floats, is_free: npt.NDArray[np.bool_]) -> Floats:
