@@ -85,7 +85,7 @@ class Learner(Section):
     """A policy that a study trains itself, once for each of several seeds."""
 
     name: Annotated[str, MinLen(1)]
-    config: Path  # training file
+    config: Path  # training file; a relative path in a study file is from where that file is
     seeds: Annotated[int, Ge(1)] = 10  # the file's seed and those after it
     steps: Annotated[int, Ge(1)] | None = None  # decisions in all; None: the file's
 
@@ -160,8 +160,10 @@ class StudyConfig(Section):
 
     def identity(self) -> str:
         """Return a hash that two studies share if and only if their values are equal."""
+        # Of training files the contents count, not where they are.
         trainings = [learner.config.read_text(encoding="utf-8") for learner in self.learners]
-        text = json.dumps([self.model_dump(mode="json"), *trainings], sort_keys=True)
+        values = self.model_dump(mode="json", exclude={"learners": {"__all__": {"config"}}})
+        text = json.dumps([values, *trainings], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -190,6 +192,8 @@ def load_study(path: Path | None = None, **changes: Any) -> StudyConfig:
         InvalidInput: the file cannot be read or a value is not allowed; one line.
     """
     values = read_yaml(path) if path else {}
+    if path:
+        values["learners"] = _beside(path, values.get("learners", ()))
     values |= {name: value for name, value in changes.items() if value is not None}
     for name in values.keys() - StudyConfig.model_fields.keys():
         allowed = ", ".join(StudyConfig.model_fields)
@@ -210,6 +214,18 @@ def load_study(path: Path | None = None, **changes: Any) -> StudyConfig:
     if study.tracks and not study.tracks.exists():
         raise InvalidInput(f"tracks: given {str(study.tracks)!r}, which does not exist")
     return study
+
+
+def _beside(study: Path, learners: Any) -> Any:
+    """Return learners as a study file gives them, with their training files found from there."""
+    if not isinstance(learners, list | tuple):
+        return learners
+    return [
+        {**each, "config": study.parent / str(each["config"])}
+        if isinstance(each, Mapping) and "config" in each
+        else each
+        for each in learners
+    ]
 
 
 def parse_overrides(changes: Iterable[str]) -> dict[str, Any]:

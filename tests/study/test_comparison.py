@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, ClassVar
@@ -12,8 +12,8 @@ import pytest
 from rich.console import Console
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.study import comparison, provenance, records
-from hazbot_gym.study.comparison import plan, run_study
+from hazbot_gym.study import comparison, entrants, provenance, records
+from hazbot_gym.study.comparison import Shard, plan, run_study
 from hazbot_gym.study.config import StudyConfig, load_study
 
 STUDY = load_study(
@@ -57,6 +57,10 @@ def parallel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("study") / "out"
     run_study(STUDY, out, workers=2)
     return out
+
+
+def planned(out: Path) -> Iterator[Shard]:
+    return plan(STUDY, out, entrants.entrants(STUDY, out))
 
 
 def said(run: Callable[[Console], object]) -> str:
@@ -154,7 +158,7 @@ def test_an_interrupted_study_goes_on_where_it_stopped(
 def test_a_damaged_shard_is_run_again_and_said_so(inline: type[InlinePool], tmp_path: Path) -> None:
     run_study(STUDY, tmp_path)
     before = contents(tmp_path)
-    shards = [shard.path for shard in plan(STUDY, tmp_path)]
+    shards = [shard.path for shard in planned(tmp_path)]
     shards[2].write_bytes(shards[2].read_bytes()[:100])
     shards[5].unlink()
     text = said(lambda console: run_study(STUDY, tmp_path, console=console))
@@ -179,7 +183,7 @@ def test_results_are_withdrawn_until_what_they_rest_on_is_complete(
     inline: type[InlinePool], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run_study(STUDY, tmp_path)
-    next(plan(STUDY, tmp_path)).path.unlink()
+    next(planned(tmp_path)).path.unlink()
 
     def interrupt(*arguments: Any) -> None:
         raise KeyboardInterrupt

@@ -166,6 +166,21 @@ def test_what_cannot_take_part_is_refused_before_anything_is_written(
     assert not (tmp_path / "out").exists()
 
 
+def test_training_files_are_found_from_the_study_file_and_count_by_their_contents(
+    study: StudyConfig, tmp_path: Path
+) -> None:
+    for name in ("one", "two"):
+        folder = tmp_path / name
+        write_text(folder / "tiny.yaml", yaml.safe_dump(TRAINING))
+        learner = {"name": "tiny ppo", "config": "tiny.yaml", "seeds": 2}
+        write_text(folder / "study.yaml", yaml.safe_dump({**STUDY, "learners": [learner]}))
+        found = load_study(folder / "study.yaml")
+        assert found.learners[0].config == folder / "tiny.yaml"
+        assert found.identity() == study.identity()
+    write_text(tmp_path / "two" / "tiny.yaml", yaml.safe_dump({**TRAINING, "steps": 1024}))
+    assert load_study(tmp_path / "two" / "study.yaml").identity() != study.identity()
+
+
 def test_names_must_differ(study: StudyConfig) -> None:
     learner = {"name": "constant, tuned", "config": str(study.learners[0].config)}
     with pytest.raises(InvalidInput, match="twice"):

@@ -26,6 +26,7 @@ def summary(*, ppo_ratio: float, ppo_intrusion: float) -> dict[str, Any]:
             "scenario_set": scenarios,
             "episode": i,
             "seed": i,
+            "training_seed": 0,
             "scenario_key": str(i),
             "scenario": f"{scenarios}/{i:03d}",
             "scenario_hash": str(i),

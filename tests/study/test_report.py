@@ -114,7 +114,7 @@ def test_names_from_outside_cannot_break_the_page(study: report.Study) -> None:
     summary = {**study.summary, "sets": renamed(study.summary["sets"])}
     # The name enters the seeds only when a study runs; replays take the recorded ones.
     rows = study.rows.replace({"scenario_set": {"E*": named.name}})
-    page = report.make_page(report.Study(config, manifest, summary, rows))
+    page = report.make_page(report.Study(config, manifest, summary, rows, study.specs))
     assert named.name not in page
     assert named.name in plots_of(page)["front"]
 
