@@ -162,20 +162,31 @@ def _correct(results: Summary, reference: str) -> None:
 def _estimates(
     columns: Mapping[str, npt.NDArray[Any]] | pd.DataFrame, draws: CrossedDraws, confidence: float
 ) -> dict[str, dict[str, float | None]]:
-    """Return the estimate of every column that is a metric, and leave out the labels.
-
-    Rates of one training seed get Wilson's interval, which is sound at 0 and 1.
-    """
+    """Return the estimate of every column that is a metric, and leave out the labels."""
     estimates = {}
-    seeds = draws.seeds.shape[1]
     for name in columns:
         values = np.asarray(columns[name])
-        if name in RATES and seeds == 1:
-            estimates[name] = wilson(float(values.sum()), len(values), confidence=confidence)
-        elif name in RATES or (values.dtype.kind in "if" and name not in LABELS):
-            scores = values.astype(float).reshape(seeds, -1)
-            estimates[name] = crossed_estimate(scores, draws, confidence=confidence)
+        is_metric = values.dtype.kind in "if" and name not in LABELS
+        if not (is_metric or name in RATES):
+            continue
+        scores = values.astype(float).reshape(draws.seeds.shape[1], -1)
+        estimate = _rate if name in RATES else crossed_estimate
+        estimates[name] = estimate(scores, draws, confidence=confidence)
     return {name: _plain(estimate) for name, estimate in estimates.items()}
+
+
+def _rate(scores: Floats, draws: CrossedDraws, *, confidence: float) -> Estimate:
+    """Estimate a rate: Wilson's interval over scenarios, and no narrower than the crossed one.
+
+    Wilson's is sound at 0 and 1, where no resample differs from another; the seeds of a learner,
+    which meet the same scenarios, are not counted as more of them.
+    """
+    scenarios = scores.shape[1]
+    over = wilson(float(scores.mean()) * scenarios, scenarios, confidence=confidence)
+    if len(scores) == 1:
+        return over
+    crossed = crossed_estimate(scores, draws, confidence=confidence)
+    return Estimate(over.mean, min(over.low, crossed.low), max(over.high, crossed.high))
 
 
 def _plain(estimate: Estimate) -> dict[str, float | None]:

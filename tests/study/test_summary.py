@@ -133,3 +133,33 @@ def test_the_table_fits_120_columns_with_nothing_cut_off() -> None:
     assert "…" not in out.getvalue()
     for text in ("easy", "hard", "all sets", "rules=complete32", "-1235", "90", "70..97"):
         assert text in out.getvalue()
+
+
+def test_rates_of_learners_are_not_sure_of_what_all_their_seeds_did_alike() -> None:
+    study = STUDY.model_copy(update={"sets": STUDY.sets[:1]})
+    rows = made_up_rows(study)
+    again = [{**row, "training_seed": 1} for row in rows if row["policy"] == study.policies[1]]
+    for row in (*rows, *again):
+        row["timeout"] = 0
+    result = summarise(pd.DataFrame([*rows, *again]), study)["sets"]["easy"][study.policies[1]]
+    assert result["training_seeds"] == 2
+    assert result["metrics"]["timeout"] == {
+        "mean": 0.0,
+        "low": 0.0,
+        "high": pytest.approx(0.161, abs=1e-3),
+    }
+    assert result["metrics"]["arrived"]["low"] <= 0.699  # of 20 scenarios, not of 40 episodes
+
+
+def test_seeds_of_a_learner_that_differ_widen_its_intervals() -> None:
+    study = STUDY.model_copy(update={"sets": STUDY.sets[:1]})
+    rows = made_up_rows(study)
+    other = [
+        {**row, "training_seed": 1, "time_ratio": 1.75}
+        for row in rows
+        if row["policy"] == study.policies[1]
+    ]
+    result = summarise(pd.DataFrame([*other, *rows]), study)["sets"]["easy"][study.policies[1]]
+    assert result["metrics"]["time_ratio"] == {"mean": 1.5, "low": 1.25, "high": 1.75}
+    assert result["difference"]["time_ratio"]["low"] == 0.0
+    assert result["difference"]["time_ratio"]["high"] == 0.5
