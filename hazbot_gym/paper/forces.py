@@ -13,7 +13,7 @@ from hazbot_gym.core.social_force import (
     goal_force,
 )
 from hazbot_gym.core.state import PERSON_MASS_KG, PERSON_RADIUS_M, ROBOT_MASS_KG, ROBOT_RADIUS_M
-from hazbot_gym.policies.social_force import RADII_M
+from hazbot_gym.policies.people_seen import RADII_M
 
 Vector = tuple[float, float]
 

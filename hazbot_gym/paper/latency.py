@@ -14,11 +14,11 @@ import numpy as np
 
 from hazbot_gym.core.state import Floats
 from hazbot_gym.paper.meetings import events, meet
+from hazbot_gym.policies.robot import DECISION_S
 from hazbot_gym.study.rollout import evaluate
 from hazbot_gym.study.summary import means
 
 SCENARIOS = ("E*", "C*")
-DECISION_S = 0.1
 EXTRA_S = 0.1  # of moving within 1.5 m, more than without a delay
 STEPS = (0, 1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30)  # decisions of delay
 FAMILIES = ("Crossing", "Encountering")

@@ -10,10 +10,9 @@ from __future__ import annotations
 import importlib
 import json
 import math
-import multiprocessing
 import os
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +22,7 @@ from hazbot_gym.paper.chapter import Chapter
 from hazbot_gym.paper.lines import lines
 from hazbot_gym.paper.numbers import NEAR, NOT, REPRODUCED, entries
 from hazbot_gym.study import files, provenance
+from hazbot_gym.study.comparison import processes
 
 RECORD, PAGE, FIGURES = "paper.json", "paper.html", "figures"
 # In the paper's order.
@@ -95,12 +95,9 @@ def run_chapters(
 ) -> list[Chapter]:
     """Run all chapters and return them in the paper's order."""
     order = sorted(CHAPTERS, key=lambda name: name not in LONGEST_FIRST)
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers or os.cpu_count() or 1, mp_context=context) as pool:
+    with processes(workers or os.cpu_count() or 1) as pool:
         jobs = {name: pool.submit(run_chapter, name, quick) for name in order}
         for job in as_completed(jobs.values()):
-            if job.exception() is not None:
-                pool.shutdown(cancel_futures=True)
             job.result()
             on_progress()
         return [jobs[name].result() for name in CHAPTERS]

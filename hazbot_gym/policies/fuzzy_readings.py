@@ -27,9 +27,8 @@ from hazbot_gym.policies.fuzzy_expert import (
     SENSITIVE_M,
     FuzzyExpert,
 )
+from hazbot_gym.policies.robot import DECISION_S, NOMINAL_MPS
 from hazbot_gym.task.observation import layout_of
-
-NOMINAL_MPS, DECISION_S = 0.5, 0.1  # the paper's
 
 Reading = Literal[
     "inverted",  # percentages are what is taken away instead of kept (A5)

@@ -28,8 +28,6 @@ from hazbot_gym.core.geometry import clip
 from hazbot_gym.core.jit import lean_kernel
 from hazbot_gym.core.social_force import HELBING_MOLNAR_1995, goal_force, view_weight
 from hazbot_gym.core.state import (
-    PERSON_RADIUS_M,
-    ROBOT_RADIUS_M,
     Floats,
     Record,
     Records,
@@ -37,10 +35,11 @@ from hazbot_gym.core.state import (
 )
 from hazbot_gym.policies.base import Observations
 from hazbot_gym.policies.people_rule import PeopleRule
+from hazbot_gym.policies.people_seen import RADII_M
 from hazbot_gym.policies.person_columns import Columns, columns_of
+from hazbot_gym.policies.robot import DECISION_S, NOMINAL_MPS
 
 PERSON_FIELDS = ("present", "distance_m", "bearing_cos", "bearing_sin")
-RADII_M = ROBOT_RADIUS_M + PERSON_RADIUS_M
 
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid"))
@@ -48,15 +47,14 @@ class SocialForceSpeed(PeopleRule):
     """Accelerates as the total social force along the robot's heading asks."""
 
     strength: Annotated[float, Ge(0)] = 1.0  # multiplies the repulsion; the knob of the family
-    nominal_mps: Annotated[float, Gt(0)] = 0.5  # speed of action +1
-    decision_s: Annotated[float, Gt(0)] = 0.1
+    nominal_mps: Annotated[float, Gt(0)] = NOMINAL_MPS  # speed of action +1
 
     def speed_share(self, observation: Observations) -> Observations:
         """Return the share of the nominal speed a decision later; see ``base.Rule``."""
         rows = np.atleast_2d(np.ascontiguousarray(observation, np.float32))
         share = np.empty(len(rows), np.float32)
         columns = columns_of(rows.shape[1], PERSON_FIELDS)
-        how = np.array([self.strength, self.nominal_mps, self.decision_s])
+        how = np.array([self.strength, self.nominal_mps, DECISION_S])
         _answer(rows, columns, as_record(HELBING_MOLNAR_1995), how, share)
         return share.reshape(np.shape(observation)[:-1])
 

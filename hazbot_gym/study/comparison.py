@@ -160,7 +160,7 @@ def _prepare(waiting: list[Job], *, workers: int, console: Console) -> None:
     """Tune and train who is to be tuned or trained."""
     if not waiting:
         return
-    with progress_bar(console) as progress, _processes(min(workers, len(waiting))) as pool:
+    with progress_bar(console) as progress, processes(min(workers, len(waiting))) as pool:
         task = progress.add_task("tuning and training", total=len(waiting))
         for future in as_completed([pool.submit(job.run, *job.arguments) for job in waiting]):
             future.result()
@@ -188,14 +188,14 @@ def _run_here(shards: list[Shard], workers: int) -> Iterator[tuple[Shard, list[R
 
 def _run_in_processes(shards: list[Shard], workers: int) -> Iterator[tuple[Shard, list[Row]]]:
     """Yield shards and their rows from parallel processes, in the order in which they end."""
-    with _processes(min(workers, len(shards))) as pool:
+    with processes(min(workers, len(shards))) as pool:
         running = {pool.submit(run_block, shard.block): shard for shard in shards}
         for future in as_completed(running):
             yield running[future], future.result()
 
 
 @contextmanager
-def _processes(count: int) -> Iterator[ProcessPoolExecutor]:
+def processes(count: int) -> Iterator[ProcessPoolExecutor]:
     """Give parallel processes; what is still waiting in the end is not begun."""
     # Spawned processes start from nothing, the same way on every system; Ctrl-C ends them quietly.
     pool = ProcessPoolExecutor(

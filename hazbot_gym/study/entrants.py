@@ -10,7 +10,7 @@ study goes on with what is left of them.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -34,7 +34,7 @@ class Entrant(NamedTuple):
 class Job(NamedTuple):
     """Something to be done before a study can begin; a function and arguments that pickle."""
 
-    run: Callable[..., None]
+    run: Callable[..., Any]
     arguments: tuple[Any, ...]
 
 
@@ -59,12 +59,23 @@ def jobs(study: StudyConfig, out: Path) -> list[Job]:
         for k in range(learner.seeds)
         if not (folder_of(learner, k, out) / run_folder.RESULT).exists()
     ]
-    searches = [
-        Job(_tune, (family, study.trials, study.trial_episodes, out / TUNED / f"{family}.json"))
-        for family in study.tuned
-        if not _is_searched(out / TUNED / f"{family}.json")
-    ]
-    return [*trainings, *searches]
+    return [*trainings, *_searches(study, out)]
+
+
+def _searches(study: StudyConfig, out: Path) -> Iterator[Job]:
+    """Yield the searches that are not done; one of other code is begun anew, as shards are."""
+    if not study.tuned:
+        return
+    from hazbot_gym.study import tuning  # optuna is not needed by those who do not tune
+
+    for family in study.tuned:
+        search = tuning.Search(family, study.trials, episodes=study.trial_episodes)
+        path = out / TUNED / f"{family}.json"
+        trials = tuning.found(search, path)
+        if trials is None:
+            path.unlink()
+        if trials is None or len(trials) < search.trials:
+            yield Job(tuning.tune, (search, path))
 
 
 def entrants(study: StudyConfig, out: Path) -> list[Entrant]:
@@ -110,21 +121,8 @@ def _train(config: TrainConfig, folder: Path) -> None:
     training.train(config, folder, resume=True)
 
 
-def _tune(family: str, trials: int, episodes: int, path: Path) -> None:
-    from hazbot_gym.study import tuning
-
-    tuning.tune(tuning.Search(family, trials, episodes=episodes), path)
-
-
 def _policy_in(folder: Path) -> Path:
     return next(path for path in sorted(folder.glob("policy.*")) if path.suffix != ".md")
-
-
-def _is_searched(path: Path) -> bool:
-    if not path.exists():
-        return False
-    record = _read(path)
-    return len(record["trials"]) >= int(record["planned"])
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -160,16 +160,21 @@ def _record(search: Search, trials: list[Record]) -> Record:
     }
 
 
-def _known_trials(path: Path, search: Search) -> list[Record]:
+def found(search: Search, path: Path) -> list[Record] | None:
+    """Return the trials of a search that a file holds; None if it holds something else."""
     if not path.exists():
         return []
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
-        identity, trials = record["tuning"], record["trials"]
+        return list(record["trials"]) if record["tuning"] == search.identity() else None
     except (OSError, ValueError, KeyError, TypeError):
-        identity, trials = None, []
-    if identity != search.identity():
+        return None
+
+
+def _known_trials(path: Path, search: Search) -> list[Record]:
+    trials = found(search, path)
+    if trials is None:
         raise InvalidInput(
             f"tune: {str(path)!r} holds another search or something else; give a new file"
         )
-    return list(trials)
+    return trials

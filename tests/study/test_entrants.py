@@ -17,7 +17,7 @@ import pytest
 import yaml
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.study import comparison, entrants, records, report
+from hazbot_gym.study import comparison, entrants, provenance, records, report, tuning
 from hazbot_gym.study.comparison import run_study
 from hazbot_gym.study.config import StudyConfig, load_study
 from hazbot_gym.study.files import write_text
@@ -125,6 +125,16 @@ def test_a_second_run_has_nothing_to_do_and_changes_nothing(
     monkeypatch.setattr(comparison, "_run_here", lambda *_: pytest.fail("it was done already"))
     run_here(study, finished)
     assert (finished / records.SUMMARY).read_bytes() == before
+
+
+def test_a_search_of_other_code_is_begun_anew(
+    study: StudyConfig, finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(finished, tmp_path / "out")
+    monkeypatch.setattr(provenance, "stamp", lambda *_: "other code")
+    (job,) = entrants.jobs(study, tmp_path / "out")
+    assert job.run is tuning.tune
+    assert not (tmp_path / "out" / "tuned" / "constant.json").exists()
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")

@@ -6,7 +6,6 @@ import math
 
 from hazbot_gym.core.fuzzy import kept_fraction
 from hazbot_gym.core.proxemics import SOCIAL_M
-from hazbot_gym.core.state import PERSON_RADIUS_M, ROBOT_RADIUS_M
 from hazbot_gym.paper import readings
 from hazbot_gym.paper.chapter import Chapter, Picture, Table
 from hazbot_gym.paper.figures import speed_controller as figures
@@ -21,9 +20,9 @@ from hazbot_gym.policies.fuzzy_expert import (
     SPEED_TERMS,
     FuzzyExpert,
 )
+from hazbot_gym.policies.people_seen import RADII_M
 
 HORIZONS_S = (0.0, 0.5, 1.0)
-RADII_M = ROBOT_RADIUS_M + PERSON_RADIUS_M
 
 
 def chapter(quick: bool) -> Chapter:
