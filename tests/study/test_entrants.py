@@ -7,7 +7,6 @@ import multiprocessing
 import os
 import shutil
 import signal
-import time
 from pathlib import Path
 from typing import Any
 
@@ -141,23 +140,37 @@ def test_a_search_of_other_code_is_begun_anew(
 def test_a_study_killed_at_random_moments_ends_with_the_same_summary(
     study: StudyConfig, finished: Path, tmp_path: Path
 ) -> None:
-    began = time.perf_counter()
-    run_here(study, tmp_path / "again")
-    takes_s = time.perf_counter() - began
     out, rng = tmp_path / "killed", np.random.default_rng(1)
     context: Any = multiprocessing.get_context("fork")
-    kills, is_done = 0, False
-    while not is_done:
-        process = context.Process(target=run_here, args=(study, out))
+    for _ in range(KILLS):
+        files, is_before = int(rng.integers(1, 5)), bool(rng.integers(2))
+        process = context.Process(target=run_until_killed, args=(study, out, files, is_before))
         process.start()
-        process.join(rng.uniform(0.0, 0.4 * takes_s) if kills < KILLS else None)
-        if process.is_alive():
-            os.kill(process.pid, signal.SIGKILL)
-            kills += 1
         process.join()
-        is_done = process.exitcode == 0
-    assert kills == KILLS
+        assert process.exitcode == -signal.SIGKILL
+        assert not (out / records.SUMMARY).exists()
+    run_here(study, out)
     assert (out / records.SUMMARY).read_bytes() == (finished / records.SUMMARY).read_bytes()
+
+
+def run_until_killed(study: StudyConfig, out: Path, files: int, is_before: bool) -> None:
+    """Run a study that is killed right before or after it puts one more file in its place."""
+    put = Path.replace
+    left = files
+
+    def put_or_die(beside: Path, path: Path) -> Path:
+        nonlocal left
+        left -= 1
+        if not left and is_before:
+            os.kill(os.getpid(), signal.SIGKILL)
+        put(beside, path)
+        if not left:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return path
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Path, "replace", put_or_die)
+        run_here(study, out)
 
 
 @pytest.mark.parametrize(
