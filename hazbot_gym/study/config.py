@@ -19,6 +19,7 @@ from pydantic import Field, ValidationError, field_serializer, field_validator
 from hazbot_gym.config import Section, first_error, read_yaml
 from hazbot_gym.envs.registration import NAMESPACE
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies.knobs import sweep
 from hazbot_gym.study import bank_sets
 from hazbot_gym.study.metrics import SsmThresholds
 
@@ -88,6 +89,31 @@ class Learner(Section):
     config: Path  # training file; a relative path in a study file is from where that file is
     seeds: Annotated[int, Ge(1)] = 10  # the file's seed and those after it
     steps: Annotated[int, Ge(1)] | None = None  # decisions in all; None: the file's
+    changes: dict[str, Any] = Field(default_factory=dict)  # of other values of the file
+
+
+class Yardstick(Section):
+    """Where policies are held against the best that could have been done (``yardstick.py``)."""
+
+    sets: Annotated[tuple[str, ...], MinLen(1)]  # names of sets, or what several begin with
+    episodes: Annotated[int, Ge(1)] = 25  # of each, the first ones
+    worlds: Annotated[int, Ge(1)] = 96  # of the search where people react: plans at once,
+    rounds: Annotated[int, Ge(0)] = 50  # and how often
+
+
+class Fronts(Section):
+    """Where families are compared over all values of their knobs (``front_summary.py``)."""
+
+    sets: Annotated[tuple[str, ...], MinLen(1)]  # names of sets, or what several begin with
+    families: tuple[str, ...] = ()  # of rules, swept as ``policies/knobs.py`` says
+    groups: dict[str, Annotated[tuple[str, ...], MinLen(1)]] = Field(default_factory=dict)
+    # Time ratio and kinetic intrusion of the corner that areas are measured to.
+    corner: tuple[Annotated[float, Gt(0)], Annotated[float, Gt(0)]] = (2.0, 0.1)
+
+    @property
+    def swept(self) -> dict[str, tuple[str, ...]]:
+        """The policies of each family's sweep."""
+        return {family: tuple(sweep(family)) for family in self.families}
 
 
 class StudyConfig(Section):
@@ -98,6 +124,8 @@ class StudyConfig(Section):
     trials: Annotated[int, Ge(1)] = 50  # of each of these searches
     trial_episodes: Annotated[int, Ge(1)] = 100  # of each trial, in every family of people
     learners: tuple[Learner, ...] = ()  # policies that are trained first
+    fronts: Fronts | None = None
+    yardstick: Yardstick | None = None
     reference: str | None = None  # policy that the others are compared with; None: the first
     sets: Annotated[tuple[ScenarioSet, ...], MinLen(1)] = DEFAULT_SETS
     tracks: Path | None = None  # folder of real tracks; adds the two sets among real people
@@ -154,6 +182,14 @@ class StudyConfig(Section):
         """The policy that the others are compared with."""
         return self.reference or self.policies[0]
 
+    def sets_named(self, names: Iterable[str]) -> tuple[ScenarioSet, ...]:
+        """Return the sets whose names are, or begin with, one of some names."""
+        return tuple(
+            each
+            for each in self.all_sets
+            if any(f"{each.name}/".startswith(f"{name}/") for name in names)
+        )
+
     def episodes_in(self, scenarios: ScenarioSet) -> int:
         """Return how many episodes of a set are run."""
         return min(self.episodes, scenarios.episodes or self.episodes)
@@ -208,12 +244,31 @@ def load_study(path: Path | None = None, **changes: Any) -> StudyConfig:
     twice = next((name for name in study.names if study.names.count(name) > 1), None)
     if twice is not None:
         raise InvalidInput(f"learners: given the name {twice!r} twice, allowed is every name once")
+    _check_parts(study)
     for learner in study.learners:
         if not learner.config.is_file():
             raise InvalidInput(f"learners: given {str(learner.config)!r}, which does not exist")
     if study.tracks and not study.tracks.exists():
         raise InvalidInput(f"tracks: given {str(study.tracks)!r}, which does not exist")
     return study
+
+
+def _check_parts(study: StudyConfig) -> None:
+    """Check that what fronts and yardstick name takes part."""
+    for part in ("fronts", "yardstick"):
+        wanted = getattr(study, part)
+        for name in wanted.sets if wanted else ():
+            if not study.sets_named([name]):
+                allowed = ", ".join(each.name for each in study.all_sets)
+                raise InvalidInput(f"{part}.sets: given {name!r}, allowed are {allowed}")
+    if study.fronts is None:
+        return
+    swept = [each for some in study.fronts.swept.values() for each in some]  # says what is unknown
+    for group, members in study.fronts.groups.items():
+        unknown = next((each for each in members if each not in (*study.names, *swept)), None)
+        if unknown is not None:
+            allowed = ", ".join(study.names)
+            raise InvalidInput(f"fronts.groups.{group}: given {unknown!r}, allowed are {allowed}")
 
 
 def _beside(study: Path, learners: Any) -> Any:

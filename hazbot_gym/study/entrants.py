@@ -105,7 +105,7 @@ def located(manifest: Mapping[str, Any], out: Path) -> dict[str, str]:
 
 def training_of(learner: Learner, k: int) -> TrainConfig:
     """Return the training run of a learner's k-th seed."""
-    plan = load_training(learner.config, steps=learner.steps)
+    plan = load_training(learner.config, **{**learner.changes, "steps": learner.steps})
     return plan.model_copy(update={"seed": plan.seed + k})
 
 
