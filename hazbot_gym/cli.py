@@ -7,6 +7,7 @@ commands, so that ``hazbot --help`` is quick.
 from __future__ import annotations
 
 import json
+import shlex
 import sys
 from pathlib import Path
 from typing import Annotated, Any
@@ -75,7 +76,13 @@ def study(
     plan = load_study(config, tracks=tracks, episodes=episodes, seed=seed, engine=engine)
     # Results among real people do not push aside the ones without.
     folder = out or Path("results", "study-tracks" if plan.tracks else "study")
-    summary = comparison.run_study(plan, folder, workers=workers, console=Console(stderr=True))
+    summary = comparison.run_study(
+        plan,
+        folder,
+        workers=workers,
+        console=Console(stderr=True),
+        command=shlex.join(["hazbot", *sys.argv[1:]]),
+    )
     console = _console()
     console.print(tables.study_tables(summary))
     console.print(f"Episodes, summary and manifest: {folder}", soft_wrap=True)

@@ -26,6 +26,7 @@ from hazbot_gym.core.state import (
     ROBOT_RADIUS_M,
     WHEEL,
     Floats,
+    Ints,
     Place,
     Records,
     as_record,
@@ -64,6 +65,7 @@ class Snapshot(NamedTuple):
     y_e: float
     theta_e: float
     people: Records  # PERSON records of those present
+    persons: Ints  # their numbers
 
 
 class Contact(NamedTuple):
@@ -207,6 +209,7 @@ class World:
             y_e=float(robot["y_e"]),
             theta_e=float(robot["theta_e"]),
             people=self.people[self.people["status"] == PRESENT],
+            persons=np.flatnonzero(self.people["status"] == PRESENT),
         )
 
     # --- inside ----------------------------------------------------------------------------------

@@ -126,7 +126,7 @@ class _Log:
         self._times_s = np.empty((limit + 1, n))
         self._rewards, self._costs = np.empty((limit, n)), np.empty((limit, n))
         self._terms: dict[str, Floats] = {}
-        self._people: list[tuple[Ints, Floats]] = []  # world, columns; by instant
+        self._people: list[tuple[Ints, Ints, Floats]] = []  # world, person, columns; by instant
         self._info: dict[str, Any] = {}
         self._note_state(0, worlds.state())
 
@@ -154,19 +154,20 @@ class _Log:
             self._robots[t, :, column] = state.robots[name]
         is_there = (state.people["status"] == PRESENT) & self.live[:, None]
         columns = np.stack([state.people[name][is_there] for name in PERSON_COLUMNS], axis=1)
-        self._people.append((np.nonzero(is_there)[0], columns))
+        self._people.append((*np.nonzero(is_there), columns))
 
     def episodes(self, free_times_s: Floats) -> Iterator[Episode]:
         """Yield the record of every world's episode."""
-        counts = [len(world) for world, _ in self._people]
+        counts = [len(world) for world, _, _ in self._people]
         instants = np.repeat(np.arange(len(counts)), counts)
-        world = np.concatenate([world for world, _ in self._people])
-        people = np.concatenate([columns for _, columns in self._people])
+        world, persons, people = (np.concatenate(part) for part in zip(*self._people, strict=True))
         by_world = np.argsort(world, kind="stable")  # stays in the order of time within a world
         ends = np.searchsorted(world[by_world], np.arange(len(self.live) + 1))
         for i, free_s in enumerate(free_times_s):
             mine = by_world[ends[i] : ends[i + 1]]
-            present = stack_people(instants[mine], people[mine], int(self._steps[i]) + 1)
+            present = stack_people(
+                instants[mine], persons[mine], people[mine], int(self._steps[i]) + 1
+            )
             yield self._episode(i, present, float(free_s))
 
     def _episode(self, i: int, people: Floats, free_s: float) -> Episode:

@@ -11,6 +11,7 @@ import inspect
 import multiprocessing
 import os
 import signal
+import time
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -26,21 +27,26 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from hazbot_gym.errors import HazbotError
 from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.policies.learned import Learned
-from hazbot_gym.study import entrants, files, provenance, records
-from hazbot_gym.study.config import StudyConfig
+from hazbot_gym.study import costs, entrants, files, provenance, records
+from hazbot_gym.study.clairvoyant import Effort
+from hazbot_gym.study.config import ScenarioSet, StudyConfig
 from hazbot_gym.study.entrants import Entrant, Job
-from hazbot_gym.study.metrics import Row
 from hazbot_gym.study.rollout import Block, run_block, try_out
 from hazbot_gym.study.summary import Summary, summarise
+from hazbot_gym.study.yardstick import Stretch, run_stretch
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-class Shard(NamedTuple):
-    """A block of episodes and the file that holds, or will hold, its rows."""
+Rows = list[dict[str, Any]]
+SCENARIOS_PER_STRETCH = 5  # of the yardstick: what an interruption may cost is half a minute
 
-    block: Block
+
+class Shard(NamedTuple):
+    """A block of episodes, or of best drives, and the file that holds, or will hold, its rows."""
+
+    block: Block | Stretch
     path: Path
     stamp: str
 
@@ -50,7 +56,12 @@ class Shard(NamedTuple):
 
 
 def run_study(
-    study: StudyConfig, out: Path, *, workers: int | None = None, console: Console | None = None
+    study: StudyConfig,
+    out: Path,
+    *,
+    workers: int | None = None,
+    console: Console | None = None,
+    command: str = "",
 ) -> Summary:
     """Run what is missing of a study, write its files into ``out`` and return its summary.
 
@@ -59,53 +70,81 @@ def run_study(
         out: folder of the results, new, empty or this study's own.
         workers: number of processes, or of threads for a single shard; None for one a core.
         console: where progress goes; None for nowhere.
+        command: by which it can be run again, for the record.
 
     Raises:
         InvalidInput: something about the study or the folder is not usable; nothing was written.
     """
-    console = console or Console(quiet=True)
+    console, began = console or Console(quiet=True), time.perf_counter()
     records.claim(out, study.identity())
     environments = rehearse(study)
     workers = workers or os.cpu_count() or 1
     about = manifest(study, environments)
     if not (out / records.MANIFEST).exists():
         files.write_json(out / records.MANIFEST, about)  # says whose folder it is from now on
-    _prepare(entrants.jobs(study, out), workers=workers, console=console)
+    waiting = entrants.jobs(study, out)
+    _prepare(waiting, workers=workers, console=console)
     taking_part = entrants.entrants(study, out)
     shards = list(plan(study, out, taking_part))
-    missing = _missing(shards, console)
+    marks = list(plan_yardstick(study, out, taking_part))
+    missing = _missing([*shards, *marks], console)
     if missing:
         records.withdraw(out)  # results of an earlier state do not stand beside a new manifest
         about["entrants"] = entrants.portable(taking_part, out)
         files.write_json(out / records.MANIFEST, about)
     _run(missing, workers=workers, console=console)
     rows = records.join([_read(shard) for shard in shards])
-    summary = summarise(rows, study)
+    best = records.join([_read(shard) for shard in marks]) if marks else None
+    summary = summarise(rows, study, best)
     records.write_episodes(out / records.EPISODES, rows)
+    if best is not None:
+        records.write_episodes(out / records.YARDSTICK, best)
     files.write_json(out / records.SUMMARY, summary)
+    if waiting or missing:
+        seconds, decisions = time.perf_counter() - began, int(rows["steps"].sum())
+        session = costs.Session(command, seconds, len(waiting), len(missing), decisions)
+        costs.note(out / records.COSTS, session)
     records.sweep(out)
     return summary
 
 
 def plan(study: StudyConfig, out: Path, taking_part: list[Entrant]) -> Iterator[Shard]:
-    """Yield the shards of a study, all policies of a scenario set next to each other."""
-    common = provenance.stamp(study.tracks)
-    policies = [
-        (each.name, spec, training_seed, common + _own_source(spec))
-        for each in taking_part
-        for training_seed, spec in enumerate(each.specs)
-    ]
+    """Yield the shards of a study, all policies of a scenario set next to each other.
+
+    Policies of the fronts' sweeps only drive in the fronts' sets.
+    """
+    everywhere, swept = _specs(taking_part, study), _specs(entrants.swept(study), study)
+    on_fronts = study.sets_named(study.fronts.sets) if study.fronts else ()
     for scenarios in study.all_sets:
-        episodes = study.episodes_in(scenarios)
-        seed = study.seed if scenarios.seed is None else scenarios.seed
-        for name, spec, training_seed, stamp in policies:
+        episodes, seed = study.episodes_in(scenarios), _seed(study, scenarios)
+        for name, spec, training_seed, stamp in (
+            *everywhere,
+            *(swept if scenarios in on_fronts else ()),
+        ):
             for first in range(0, episodes, study.episodes_per_shard):
                 count = min(study.episodes_per_shard, episodes - first)
                 block = Block(
                     name, scenarios, first, count, seed, study.ssm, study.engine, spec,
                     training_seed,
                 )  # fmt: skip
-                yield Shard(block, out / records.SHARDS / _file_name(block), stamp)
+                seed_name = f"-{training_seed}" if training_seed else ""
+                yield Shard(block, _file(out, f"{name}{seed_name}", scenarios, first), stamp)
+
+
+def plan_yardstick(study: StudyConfig, out: Path, taking_part: list[Entrant]) -> Iterator[Shard]:
+    """Yield the shards of the best drives, few scenarios each: they take long."""
+    if study.yardstick is None:
+        return
+    wanted = study.yardstick
+    specs = tuple(each.specs[0] for each in taking_part)
+    stamp = provenance.stamp(study.tracks) + "".join(_own_source(spec) for spec in specs)
+    effort = Effort(wanted.worlds, wanted.rounds)
+    for scenarios in study.sets_named(wanted.sets):
+        episodes = min(wanted.episodes, study.episodes_in(scenarios))
+        for first in range(0, episodes, SCENARIOS_PER_STRETCH):
+            count, seed = min(SCENARIOS_PER_STRETCH, episodes - first), _seed(study, scenarios)
+            stretch = Stretch(scenarios, first, count, seed, specs, effort, study.ssm)
+            yield Shard(stretch, _file(out, "best drive", scenarios, first), stamp)
 
 
 def rehearse(study: StudyConfig) -> dict[str, Any]:
@@ -140,6 +179,13 @@ def manifest(study: StudyConfig, environments: dict[str, Any]) -> dict[str, Any]
         "machine": provenance.machine(),
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
     }
+
+
+def rows_of(block: Block | Stretch, threads: int = 1) -> Rows:
+    """Run a unit of work and return its rows."""
+    if isinstance(block, Stretch):
+        return run_stretch(block)
+    return [dict(row) for row in run_block(block, threads)]
 
 
 def _missing(shards: list[Shard], console: Console) -> list[Shard]:
@@ -180,16 +226,16 @@ def _run(shards: list[Shard], *, workers: int, console: Console) -> None:
             progress.advance(task, shard.block.episodes)
 
 
-def _run_here(shards: list[Shard], workers: int) -> Iterator[tuple[Shard, list[Row]]]:
+def _run_here(shards: list[Shard], workers: int) -> Iterator[tuple[Shard, Rows]]:
     """Yield shards and their rows, one after the other."""
     for shard in shards:
-        yield shard, run_block(shard.block, threads=workers)
+        yield shard, rows_of(shard.block, threads=workers)
 
 
-def _run_in_processes(shards: list[Shard], workers: int) -> Iterator[tuple[Shard, list[Row]]]:
+def _run_in_processes(shards: list[Shard], workers: int) -> Iterator[tuple[Shard, Rows]]:
     """Yield shards and their rows from parallel processes, in the order in which they end."""
     with processes(min(workers, len(shards))) as pool:
-        running = {pool.submit(run_block, shard.block): shard for shard in shards}
+        running = {pool.submit(rows_of, shard.block): shard for shard in shards}
         for future in as_completed(running):
             yield running[future], future.result()
 
@@ -240,10 +286,23 @@ def _own_source(spec: str) -> str:
     return "" if built_in else "+" + provenance.digest(source)[:16]
 
 
-def _file_name(block: Block) -> str:
-    """Return a name that shows policy, set and first episode, and is unique beyond that."""
-    seed = f"-{block.training_seed}" if block.training_seed else ""
-    text = f"{block.policy}{seed}--{block.scenarios.name}--{block.first:05d}"
+def _specs(taking_part: list[Entrant], study: StudyConfig) -> list[tuple[str, str, int, str]]:
+    """Return name, spec, number of the training seed and stamp of every single policy."""
+    common = provenance.stamp(study.tracks)
+    return [
+        (each.name, spec, training_seed, common + _own_source(spec))
+        for each in taking_part
+        for training_seed, spec in enumerate(each.specs)
+    ]
+
+
+def _seed(study: StudyConfig, scenarios: ScenarioSet) -> int:
+    return study.seed if scenarios.seed is None else scenarios.seed
+
+
+def _file(out: Path, who: str, scenarios: ScenarioSet, first: int) -> Path:
+    """Return a file whose name shows policy, set and first episode, and is unique beyond that."""
+    text = f"{who}--{scenarios.name}--{first:05d}"
     shown = "".join(letter if letter.isalnum() or letter in "-." else "_" for letter in text)
     unique = hashlib.sha256(text.encode()).hexdigest()[:8]
-    return f"{shown}--{unique}.parquet"
+    return out / records.SHARDS / f"{shown}--{unique}.parquet"

@@ -123,7 +123,9 @@ class StudyConfig(Section):
     tuned: tuple[str, ...] = ()  # families of rules that are tuned on validation first
     trials: Annotated[int, Ge(1)] = 50  # of each of these searches
     trial_episodes: Annotated[int, Ge(1)] = 100  # of each trial, in every family of people
+    trial_overrides: dict[str, Any] = Field(default_factory=dict)  # such as ``tier: sonar``
     learners: tuple[Learner, ...] = ()  # policies that are trained first
+    shown: tuple[str, ...] = ()  # who is in the report's plots and replays; none: everybody
     fronts: Fronts | None = None
     yardstick: Yardstick | None = None
     reference: str | None = None  # policy that the others are compared with; None: the first
@@ -176,6 +178,12 @@ class StudyConfig(Section):
             *(f"{family}, tuned" for family in self.tuned),
             *(learner.name for learner in self.learners),
         )
+
+    @property
+    def shown_names(self) -> tuple[str, ...]:
+        """Who is in the report's plots and replays, the reference always."""
+        wanted = {*self.shown, self.reference_policy} if self.shown else set(self.names)
+        return tuple(name for name in self.names if name in wanted)
 
     @property
     def reference_policy(self) -> str:
@@ -254,7 +262,10 @@ def load_study(path: Path | None = None, **changes: Any) -> StudyConfig:
 
 
 def _check_parts(study: StudyConfig) -> None:
-    """Check that what fronts and yardstick name takes part."""
+    """Check that who is shown, and what fronts and yardstick name, takes part."""
+    nobody = next((name for name in study.shown if name not in study.names), None)
+    if nobody is not None:
+        raise InvalidInput(f"shown: given {nobody!r}, allowed are {', '.join(study.names)}")
     for part in ("fronts", "yardstick"):
         wanted = getattr(study, part)
         for name in wanted.sets if wanted else ():

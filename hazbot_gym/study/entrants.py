@@ -68,8 +68,9 @@ def _searches(study: StudyConfig, out: Path) -> Iterator[Job]:
         return
     from hazbot_gym.study import tuning  # optuna is not needed by those who do not tune
 
+    sets = tuning.validation(study.trial_overrides)
     for family in study.tuned:
-        search = tuning.Search(family, study.trials, episodes=study.trial_episodes)
+        search = tuning.Search(family, study.trials, 0, study.trial_episodes, sets)
         path = out / TUNED / f"{family}.json"
         trials = tuning.found(search, path)
         if trials is None:
@@ -87,6 +88,13 @@ def entrants(study: StudyConfig, out: Path) -> list[Entrant]:
     ]
     specs = [*((policy,) for policy in (*study.policies, *tuned)), *trained]
     return [Entrant(name, each) for name, each in zip(study.names, specs, strict=True)]
+
+
+def swept(study: StudyConfig) -> list[Entrant]:
+    """Return the policies that are there for the fronts alone."""
+    families = study.fronts.swept.values() if study.fronts else ()
+    names = dict.fromkeys(policy for family in families for policy in family)
+    return [Entrant(name, (name,)) for name in names if name not in study.names]
 
 
 def portable(found: list[Entrant], out: Path) -> dict[str, list[str]]:
@@ -113,6 +121,37 @@ def folder_of(learner: Learner, k: int, out: Path) -> Path:
     """Return where the run of a learner's k-th seed is."""
     slug = "".join(letter if letter.isalnum() or letter in "-." else "_" for letter in learner.name)
     return out / TRAINED / slug / str(k)
+
+
+class Training(NamedTuple):
+    """What the training runs of a learner took and came to, on average over its seeds."""
+
+    name: str
+    config: str
+    seeds: int
+    decisions: int  # of each run
+    seconds: float
+    validation_return: float
+
+
+def trainings(study: StudyConfig, out: Path) -> list[Training]:
+    """Return what every learner of a finished study took."""
+    found = []
+    for learner in study.learners:
+        results = [
+            _read(folder_of(learner, k, out) / run_folder.RESULT) for k in range(learner.seeds)
+        ]
+        found.append(
+            Training(
+                learner.name,
+                learner.config.name,
+                learner.seeds,
+                max(result["steps"] for result in results),
+                sum(result["training_seconds"] for result in results) / len(results),
+                sum(result["best"]["return"] for result in results) / len(results),
+            )
+        )
+    return found
 
 
 def _train(config: TrainConfig, folder: Path) -> None:

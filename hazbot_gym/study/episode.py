@@ -24,8 +24,8 @@ class Episode(NamedTuple):
         speed_mps: (T + 1,) actual speed along the heading [m/s].
         command_mps: (T + 1,) speed that the policy asked for [m/s].
         pose_error: (T + 1, 3) x_e [m], y_e [m], theta_e [rad], actual minus reference, robot frame.
-        people: (T + 1, K, 5) x, y [m], vx, vy [m/s] and radius [m] of everybody present, in no
-            particular order; NaN where fewer than K are.
+        people: (T + 1, K, 5) x, y [m], vx, vy [m/s] and radius [m] of everybody, a column for each
+            person; NaN where it is not present.
         rewards: (T,) reward of each decision.
         reward_terms: unweighted terms of the reward, (T,) each.
         costs: (T,) safety cost of each decision.
@@ -64,16 +64,16 @@ def labels_of(source: Source, key: int) -> dict[str, str]:
     }
 
 
-def stack_people(instants: Ints, people: Floats, count: int) -> Floats:
+def stack_people(instants: Ints, persons: Ints, people: Floats, count: int) -> Floats:
     """Return who was present at each instant as ``Episode.people`` (count, K, 5).
 
     Args:
-        instants: (M,) instant of each row, ascending.
-        people: (M, 5) somebody present then.
+        instants: (M,) instant of each row.
+        persons: (M,) number of the person.
+        people: (M, 5) that person then.
         count: number of instants.
     """
-    present = np.bincount(instants, minlength=count)
-    slots = np.arange(len(instants)) - np.repeat(np.cumsum(present) - present, present)
-    stacked = np.full((count, int(present.max()), len(PERSON_COLUMNS)), np.nan)
-    stacked[instants, slots] = people
+    seen, columns = np.unique(persons, return_inverse=True)  # who never comes has no column
+    stacked = np.full((count, len(seen), len(PERSON_COLUMNS)), np.nan)
+    stacked[instants, columns] = people
     return stacked

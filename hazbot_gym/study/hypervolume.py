@@ -19,16 +19,21 @@ from hazbot_gym.study.crossed_bootstrap import CrossedDraws, crossed_mean, each_
 from hazbot_gym.study.statistics import Estimate, percentile_interval
 
 
-class Front(NamedTuple):
-    """A family of policies: what each scores on the two axes, and draws that all its points share.
+class Point(NamedTuple):
+    """A policy of a family: what it scores on the two axes.
 
     Attributes:
-        points: of each policy two matrices of scores (R, N), time ratio and kinetic intrusion.
-        draws: of R seeds and N scenarios.
+        time_ratio: (R, N) of R seeds in N scenarios.
+        intrusion: (R, N) likewise.
+        draws: of these seeds, and of the scenarios that all points of all fronts share.
     """
 
-    points: Sequence[tuple[npt.ArrayLike, npt.ArrayLike]]
+    time_ratio: npt.ArrayLike
+    intrusion: npt.ArrayLike
     draws: CrossedDraws
+
+
+Front = Sequence[Point]
 
 
 def pareto_set(points: npt.ArrayLike) -> npt.NDArray[np.bool_]:
@@ -82,10 +87,14 @@ def hypervolume_difference(
 
 
 def _of_data(front: Front, reference: npt.ArrayLike) -> float:
-    return float(_of_resamples(Front(front.points, each_once(front.draws)), reference)[0])
+    once = [point._replace(draws=each_once(point.draws)) for point in front]
+    return float(_of_resamples(once, reference)[0])
 
 
 def _of_resamples(front: Front, reference: npt.ArrayLike) -> Floats:
     """Return the hypervolume of each resample, (B,)."""
-    means = [[crossed_mean(scores, front.draws) for scores in point] for point in front.points]
+    means = [
+        [crossed_mean(scores, point.draws) for scores in (point.time_ratio, point.intrusion)]
+        for point in front
+    ]
     return hypervolume(np.moveaxis(np.array(means), 2, 0), reference)

@@ -11,11 +11,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from hazbot_gym.core.proxemics import PERSONAL_M
+from hazbot_gym.core.proxemics import PERSONAL_M, SOCIAL_M
 from hazbot_gym.core.ssm import SsmThresholds, protective_distance
-from hazbot_gym.core.state import Floats
+from hazbot_gym.core.state import ROBOT_MASS_KG, Floats
+from hazbot_gym.study.encounters import encounters, proxemics, times_to_collision
 from hazbot_gym.study.episode import RADIUS, Episode, X, Y
 from hazbot_gym.task.outcome import MOVING_MPS
+
+CALM_TTC_S = 5.0
+INSPECTION_MPS = 0.25
+REVERSAL_MPS2 = 0.1
+BRAKES_MPS2, HARD_BRAKE = 1.0, 0.8  # the drive's deceleration, and the share of it that is hard
+ROLLING, GRAVITY_MPS2 = 0.015, 9.81  # rubber on a hard floor
 
 Row = dict[str, float | int | str]
 
@@ -27,9 +34,13 @@ def measure(episode: Episode, ssm: SsmThresholds) -> Row:
     return {
         **_end(episode),
         **_duration(episode),
+        **_standing(episode, c),
         **_nearness(episode, d, c),
+        **proxemics(d),
+        **encounters(episode, c),
         **_separation(episode, c, ssm),
         **_smoothness(episode),
+        **_energy(episode),
         **_tracking(episode),
         **_reward(episode),
         "ssm_profile": ssm.profile(),
@@ -73,6 +84,7 @@ def _end(episode: Episode) -> Row:
         "contact_wall": int(episode.outcome == "contact_wall"),
         "contact_passive": float(stood) if contact else float("nan"),
         "contact_speed_mps": episode.contact_speed_mps,
+        "contact_energy_j": 0.5 * ROBOT_MASS_KG * episode.contact_speed_mps**2,
     }
 
 
@@ -92,6 +104,28 @@ def _duration(episode: Episode) -> Row:
         "time_free_s": free,
         "time_ratio": counted / free,
         "stl": float(arrived) * free / max(time, free),
+    }
+
+
+def _standing(episode: Episode, c: Floats) -> Row:
+    """Measure how long it stood and how long needlessly, mean speed, and what it could inspect.
+
+    It stands needlessly while nobody is within 3.6 m or will be touched within 5 s. The share of
+    the way that is made slowly enough for a gas sensor to follow is ``inspected_share``; the
+    paper's sensor needs seconds to answer, and half the nominal speed is our choice.
+    """
+    dt, v = np.diff(episode.time_s), np.abs(episode.speed_mps[1:])
+    stands = v < MOVING_MPS
+    is_clear = c[1:].min(axis=1) >= SOCIAL_M
+    is_calm = times_to_collision(episode)[1:].min(axis=1) > CALM_TTC_S
+    way_m = v * dt
+    return {
+        "stalled_s": float(stands @ dt),
+        "stalled_needlessly_s": float((stands & is_clear & is_calm) @ dt),
+        "mean_speed_mps": float(v.mean()),
+        "inspected_share": float(way_m[v <= INSPECTION_MPS].sum() / way_m.sum())
+        if way_m.any()
+        else float("nan"),
     }
 
 
@@ -133,14 +167,37 @@ def _separation(episode: Episode, c: Floats, ssm: SsmThresholds) -> Row:
 
 
 def _smoothness(episode: Episode) -> Row:
-    """Measure the root mean squares of acceleration and jerk, by differences of the speed.
+    """Measure root mean squares of acceleration and jerk, changes of mind, and hard brakes.
 
     ``a_k = (v_k+1 - v_k) / dt``, ``j_k = (a_k+1 - a_k) / dt``; 0 where an episode is too short.
+    A reversal is a change of sign between accelerations beyond 0.1 m/s^2 (SocNavBench), a hard
+    brake the beginning of one at more than 0.8 of what the drive can do.
     """
     dt = np.diff(episode.time_s)
     a = np.diff(episode.speed_mps) / dt
     j = np.diff(a) / dt[1:]
-    return {"rms_acceleration_mps2": _rms(a), "rms_jerk_mps3": _rms(j)}
+    signs = np.sign(a[np.abs(a) > REVERSAL_MPS2])
+    is_hard = a < -HARD_BRAKE * BRAKES_MPS2
+    brakes = int((is_hard & ~np.concatenate([[False], is_hard[:-1]])).sum())
+    way_m = float(np.abs(episode.speed_mps[1:]) @ dt)
+    return {
+        "rms_acceleration_mps2": _rms(a),
+        "rms_jerk_mps3": _rms(j),
+        "reversals_per_min": 60.0 * int((np.diff(signs) != 0).sum()) / float(dt.sum()),
+        "hard_brakes_per_100m": 100.0 * brakes / way_m if way_m else 0.0,
+    }
+
+
+def _energy(episode: Episode) -> Row:
+    """Measure the mechanical energy for each metre [J/m] (SocNavBench's motion energy).
+
+    ``sum (|m a v| + c_rr m g |v|) dt / way``, with the paper's 34 kg.
+    """
+    dt = np.diff(episode.time_s)
+    a, v = np.diff(episode.speed_mps) / dt, np.abs(episode.speed_mps[1:])
+    way_m = float(v @ dt)
+    spent = ROBOT_MASS_KG * (np.abs(a) * v + ROLLING * GRAVITY_MPS2 * v) @ dt
+    return {"energy_jpm": float(spent) / way_m if way_m else float("nan")}
 
 
 def _tracking(episode: Episode) -> Row:

@@ -130,15 +130,26 @@ class _Problem(NamedTuple):
     social_per_decision: int
 
 
+def is_exact_for(config: Config) -> bool:
+    """Tell whether the optimum can be had: nobody reacts, and the drive does what it is told."""
+    return config.people.model == "scripted" and _is_as_told(config)
+
+
+def _is_as_told(config: Config) -> bool:
+    drive = config.drive
+    is_ideal = drive.wheel_loop == "ideal" and not drive.heading_noise_rad
+    return is_ideal and not (
+        drive.reflex_stop_m or drive.latency_steps or drive.line_sensor.pitch_m
+    )
+
+
 def _refuse(config: Config, scenario: Scenario) -> None:
     if np.any(scenario.people["model"] != SCRIPTED):
         raise InvalidInput(
             f"people.model: given {config.people.model!r}, whose people react to the robot; "
             "the optimum is exact for 'scripted' alone"
         )
-    drive = config.drive
-    is_as_told = drive.wheel_loop == "ideal" and not drive.heading_noise_rad
-    if not is_as_told or drive.reflex_stop_m or drive.latency_steps or drive.line_sensor.pitch_m:
+    if not _is_as_told(config):
         raise InvalidInput(
             "drive: the optimum needs wheel_loop ideal, heading_noise_rad, reflex_stop_m and "
             "latency_steps 0, and no line_sensor"

@@ -3,7 +3,9 @@
     OUT/manifest.json     what is run: config, seeds, versions, commit, start time
     OUT/shards/*.parquet  rows of one policy in one set, a block of episodes each
     OUT/episodes.parquet  all rows
+    OUT/yardstick.parquet the best drives, a row for each scenario, if the study asks for them
     OUT/summary.json      means and intervals, byte for byte the same for the same study
+    OUT/costs.json        what it took: time, memory, decisions
     OUT/report.html       all of it as a page
 
 Every file is written beside its final name and then renamed. Each shard carries a stamp of all that
@@ -13,13 +15,13 @@ again, and so is one that cannot be read.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.study import files
 from hazbot_gym.study.files import write_atomically
-from hazbot_gym.study.metrics import Row
 
 try:
     import pandas as pd
@@ -29,7 +31,7 @@ except ImportError as error:
     raise MissingExtra(error.name or "pandas", "study") from error
 
 MANIFEST, SHARDS, EPISODES, SUMMARY = "manifest.json", "shards", "episodes.parquet", "summary.json"
-REPORT = "report.html"
+YARDSTICK, COSTS, REPORT = "yardstick.parquet", "costs.json", "report.html"
 _STAMP = b"hazbot_stamp"
 
 
@@ -53,9 +55,9 @@ def claim(folder: Path, identity: str) -> None:
         )
 
 
-def write_rows(path: Path, rows: list[Row], stamp: str) -> None:
+def write_rows(path: Path, rows: Sequence[Mapping[str, Any]], stamp: str) -> None:
     """Write rows as parquet with checksums and a stamp."""
-    table = pa.Table.from_pylist(rows)
+    table = pa.Table.from_pylist(list(rows))
     table = table.replace_schema_metadata({_STAMP: stamp.encode()})
     write_atomically(path, lambda beside: pq.write_table(table, beside, write_page_checksum=True))
 
@@ -96,7 +98,7 @@ def join(parts: list[pd.DataFrame]) -> pd.DataFrame:
 
 def withdraw(folder: Path) -> None:
     """Remove the results of a study, but not its shards."""
-    for name in (EPISODES, SUMMARY, REPORT):
+    for name in (EPISODES, YARDSTICK, SUMMARY, REPORT):
         (folder / name).unlink(missing_ok=True)
 
 

@@ -17,6 +17,7 @@ from pydantic import ValidationError
 from hazbot_gym.envs.registration import ENVIRONMENTS
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.study import (
+    costs,
     entrants,
     files,
     records,
@@ -24,11 +25,13 @@ from hazbot_gym.study import (
     report_places,
     report_player,
     report_tables,
+    report_yardstick,
 )
 from hazbot_gym.study.config import ScenarioSet, StudyConfig
-from hazbot_gym.study.report_replays import Replay, replay_set
+from hazbot_gym.study.entrants import Training
+from hazbot_gym.study.report_replays import Replay, best_drive, replay_set
 from hazbot_gym.study.report_style import DASHES, MARKS, Style, styles
-from hazbot_gym.study.summary import POOLED, Summary, summarise_set
+from hazbot_gym.study.summary import POOLED, Summary, groups, summarise_set
 
 try:
     import jinja2
@@ -53,6 +56,9 @@ class Study(NamedTuple):
     summary: Summary
     rows: pd.DataFrame
     specs: Mapping[str, str]  # what each policy is made of, of a learner its first seed
+    best: pd.DataFrame | None  # the yardstick, if the study has one
+    sessions: list[dict[str, Any]]  # what it took
+    trainings: list[Training]  # learners, if the study has any
 
 
 def write_report(folder: Path) -> Path:
@@ -79,7 +85,17 @@ def read(folder: Path) -> Study:
         summary = json.loads((folder / records.SUMMARY).read_text(encoding="utf-8"))
         rows = records.read_episodes(folder / records.EPISODES)
         config = StudyConfig.model_validate(manifest["config"])
-        return Study(config, manifest, summary, rows, entrants.located(manifest, folder))
+        best = folder / records.YARDSTICK
+        return Study(
+            config,
+            manifest,
+            summary,
+            rows,
+            entrants.located(manifest, folder),
+            records.read_episodes(best) if best.exists() else None,
+            costs.read(folder / records.COSTS),
+            entrants.trainings(config, folder),
+        )
     except (OSError, ValueError, KeyError, TypeError, ValidationError) as error:
         raise InvalidInput(
             f"folder: given {str(folder)!r}, which holds no finished study; run hazbot study first"
@@ -88,13 +104,23 @@ def read(folder: Path) -> Study:
 
 def make_page(study: Study) -> str:
     """Return the page as HTML; the same text for the same study."""
-    config, looks = study.config, styles(study.config.names)
-    replays = {
-        scenarios.name: replay_set(config, scenarios, rows_of(study, scenarios.name), study.specs)
-        for scenarios in config.all_sets
-    }
+    config, everybody = study.config, styles(study.config.names)
+    looks = {name: everybody[name] for name in config.shown_names}
     blocks = all_blocks(study)
     drawn, first = drawn_sets(study), next(iter(blocks))
+    in_first = sets_together(study).get(first, [])
+    replays = {
+        scenarios.name: replay_set(
+            config,
+            scenarios,
+            rows_of(study, scenarios.name),
+            study.specs,
+            with_worst=scenarios.name in in_first,
+        )
+        for scenarios in config.all_sets
+    }
+    names = config.names
+    together = {name: blocks[name] for name in blocks if name in groups(set_names(study))}
     return (
         _environment()
         .get_template("page.html")
@@ -102,6 +128,7 @@ def make_page(study: Study) -> str:
             study=config,
             episodes=len(study.rows),
             manifest=study.manifest,
+            everybody=everybody,
             looks=looks,
             looks_json={
                 policy: {"color": look.color, "dash": DASHES[look.dash]}
@@ -109,7 +136,22 @@ def make_page(study: Study) -> str:
             },
             sets=[(each, describe(each)) for each in config.all_sets],
             first=first,
-            pooled=drawn if first == DRAWN else [],
+            pooled=in_first,
+            tails=report_yardstick.tail_table(blocks[first], names),
+            elsewhere=report_yardstick.elsewhere_tables(together, config.shown_names),
+            families={
+                name: report_yardstick.family_table(block)
+                for name, block in study.summary.get("fronts", {}).items()
+            },
+            family_looks=styles([*config.fronts.swept, *config.fronts.groups])
+            if config.fronts
+            else {},
+            regrets={
+                name: (report_yardstick.regret_table(block, names), block)
+                for name, block in study.summary.get("yardstick", {}).items()
+            },
+            sessions=study.sessions,
+            trainings=study.trainings,
             start=(drawn or list(replays))[0],
             headline=report_tables.headline(blocks[first], config.names),
             beaten={name: dict(report_tables.beaten(block)) for name, block in blocks.items()},
@@ -141,10 +183,23 @@ def drawn_sets(study: Study) -> list[str]:
     ]
 
 
+def set_names(study: Study) -> list[str]:
+    """Return the names of all sets."""
+    return [scenarios.name for scenarios in study.config.all_sets]
+
+
+def sets_together(study: Study) -> dict[str, list[str]]:
+    """Return the sets of everything that is pooled, by what it is called."""
+    names = set_names(study)
+    return {DRAWN: drawn_sets(study), POOLED: names} | {
+        group: [name for name in names if name.rpartition("/")[0] == group]
+        for group in groups(names)
+    }
+
+
 def rows_of(study: Study, name: str) -> pd.DataFrame:
     """Return what was recorded in one set, or in several together."""
-    together = {DRAWN: drawn_sets(study), POOLED: list(study.manifest["environments"])}
-    return study.rows[study.rows["scenario_set"].isin(together.get(name, [name]))]
+    return study.rows[study.rows["scenario_set"].isin(sets_together(study).get(name, [name]))]
 
 
 def all_blocks(study: Study) -> dict[str, Any]:
@@ -152,10 +207,11 @@ def all_blocks(study: Study) -> dict[str, Any]:
     found = study.summary["sets"]
     drawn = drawn_sets(study)
     blocks = {}
-    if 1 < len(drawn) < len(study.config.all_sets):
+    names = set_names(study)
+    if 1 < len(drawn) < len(names) and not groups(names):
         blocks[DRAWN] = summarise_set(rows_of(study, DRAWN), study.config)
-    names = [POOLED, *(scenarios.name for scenarios in study.config.all_sets)]
-    return blocks | {name: found[name] for name in names if name in found}
+    ordered = [*groups(names), POOLED, *names]
+    return blocks | {name: found[name] for name in ordered if name in found}
 
 
 def make_plots(
@@ -170,18 +226,43 @@ def make_plots(
         for scenarios in study.config.all_sets
         if scenarios.overrides.get("scenario") in report_figures.PAPER_EVENTS
     }
-    return {
-        "front": {name: report_figures.front(block, looks) for name, block in blocks.items()},
-        "distance": {
-            name: report_figures.distances(some[0].runs, looks) for name, some in replays.items()
-        },
-        "clearance": {
-            name: report_figures.clearances(rows_of(study, name), looks) for name in blocks
-        },
-    } | {
-        f"speed {name}": {name: report_figures.speeds(replays[name][0].runs, looks, events)}
-        for name, events in paper.items()
-    }
+    return (
+        {
+            "front": {name: report_figures.front(block, looks) for name, block in blocks.items()},
+            "distance": {
+                name: report_figures.distances(some[0].runs, looks)
+                for name, some in replays.items()
+            },
+            "clearance": {
+                name: report_figures.clearances(rows_of(study, name), looks) for name in blocks
+            },
+        }
+        | _optional_plots(study, looks)
+        | {
+            f"speed {name}": {name: report_figures.speeds(replays[name][0].runs, looks, events)}
+            for name, events in paper.items()
+        }
+    )
+
+
+def _optional_plots(study: Study, looks: Mapping[str, Style]) -> dict[str, dict[str, Any]]:
+    """Return the plots of fronts and yardstick, where the study has them."""
+    plots, best = {}, study.best
+    if "fronts" in study.summary:
+        plots["families"] = {
+            name: report_figures.families(block) for name, block in study.summary["fronts"].items()
+        }
+    if best is not None:
+        plots["beside"] = {}
+        for scenarios in study.config.all_sets:
+            mine = best[best["scenario_set"] == scenarios.name]
+            if len(mine):
+                rows = rows_of(study, scenarios.name)
+                found, drive = best_drive(study.config, scenarios, rows, study.specs, mine)
+                plots["beside"][scenarios.name] = report_figures.beside_the_best(
+                    found.runs, drive, looks
+                )
+    return plots
 
 
 def describe(scenarios: ScenarioSet) -> str:

@@ -15,7 +15,7 @@ from hazbot_gym.core.state import Floats
 from hazbot_gym.errors import MissingExtra
 from hazbot_gym.study.episode import Episode
 from hazbot_gym.study.fronts import AXES, dominated
-from hazbot_gym.study.report_style import GREYS, Style
+from hazbot_gym.study.report_style import GREYS, Style, styles
 
 try:
     import plotly.graph_objects as go
@@ -88,6 +88,53 @@ def front(block: Mapping[str, Any], looks: Styles) -> Figure:
         )
     figure.update_xaxes(title="time ratio (1: as if alone)")
     figure.update_yaxes(title="kinetic intrusion [m²]", rangemode="tozero")
+    return _finish(figure)
+
+
+def families(block: Mapping[str, Any]) -> Figure:
+    """Plot every point of each family, those on the family's own front joined by a line.
+
+    Args:
+        block: of a study's summary, what ``front_summary`` found in some sets.
+    """
+    figure = go.Figure()
+    for family, look in styles(list(block)).items():
+        points = block[family]["points"]
+        on_front = [each for each in points if each["on_front"]]
+        best = sorted(tuple(each[axis]["mean"] for axis in AXES) for each in on_front)
+        x, y = zip(*best, strict=True)
+        line = {"color": look.color, "dash": look.dash, "width": 2}
+        figure.add_scatter(x=x, y=y, mode="lines", line=line, hoverinfo="skip", name=family)
+        figure.add_scatter(
+            x=[each[AXES[0]]["mean"] for each in points],
+            y=[each[AXES[1]]["mean"] for each in points],
+            mode="markers",
+            name=family,
+            marker={"color": look.color, "symbol": look.mark, "size": 8},
+            text=[each["policy"] for each in points],
+            hovertemplate="%{text}<br>time ratio %{x:.3f}<br>kinetic intrusion %{y:.4f} m²",
+        )
+    figure.update_xaxes(title="time ratio (1: as if alone)", range=[1.0, 2.5])
+    figure.update_yaxes(title="kinetic intrusion [m²]", type="log")
+    return _finish(figure)
+
+
+def beside_the_best(runs: Mapping[str, Episode], best: Episode, looks: Styles) -> Figure:
+    """Plot speed over time for every policy, and that of the best drive as a band."""
+    figure = go.Figure()
+    figure.add_scatter(
+        x=best.time_s.round(2).tolist(),
+        y=best.speed_mps.round(3).tolist(),
+        name="the best drive",
+        mode="lines",
+        line={"color": GRID, "width": 1},
+        fill="tozeroy",
+        fillcolor=GRID,
+    )
+    for policy, look in looks.items():
+        _line(figure, policy, look, runs[policy].time_s, runs[policy].speed_mps, 3)
+    figure.update_xaxes(title="time [s]", rangemode="tozero")
+    figure.update_yaxes(title="speed [m/s]", rangemode="tozero")
     return _finish(figure)
 
 

@@ -20,6 +20,7 @@ from hazbot_gym.study import batch_rollout
 from hazbot_gym.study.config import ScenarioSet, StudyConfig
 from hazbot_gym.study.episode import Episode
 from hazbot_gym.study.metrics import Row, measure
+from hazbot_gym.study.plans import Plan
 from hazbot_gym.study.rollout import make_env, resolve, run_episode
 from hazbot_gym.task.scenario import Source
 
@@ -63,28 +64,90 @@ def choose(rows: pd.DataFrame) -> dict[int, str]:
     return {episode: " and ".join(whys) for episode, whys in reasons.items()}
 
 
+def choose_worst(rows: pd.DataFrame, policies: Sequence[str]) -> dict[int, str]:
+    """Return the episodes of least return of some policies in one set, and whose they are."""
+    whose: dict[int, list[str]] = {}
+    for policy in policies:
+        mine = rows[rows["policy"] == policy]
+        whose.setdefault(int(mine["episode"].loc[mine["return"].idxmin()]), []).append(policy)
+    return {episode: f"worst of {', '.join(names)}" for episode, names in whose.items()}
+
+
 def replay_set(
-    study: StudyConfig, scenarios: ScenarioSet, rows: pd.DataFrame, specs: Mapping[str, str]
+    study: StudyConfig,
+    scenarios: ScenarioSet,
+    rows: pd.DataFrame,
+    specs: Mapping[str, str],
+    *,
+    with_worst: bool = False,
 ) -> list[Replay]:
-    """Run the chosen episodes of a set again, with every policy; of a learner with its first seed.
+    """Run episodes of a set again: those that ``choose`` finds and, if asked, everybody's worst.
+
+    The other arguments are those of ``replay``.
+    """
+    first = rows[rows["training_seed"] == 0]
+    chosen = choose(first[first["policy"] == study.reference_policy])
+    if with_worst:
+        for episode, whose in choose_worst(first, study.shown_names).items():
+            chosen[episode] = f"{chosen[episode]}, {whose}" if episode in chosen else whose
+    return replay(study, scenarios, rows, specs, chosen)
+
+
+def best_drive(
+    study: StudyConfig,
+    scenarios: ScenarioSet,
+    rows: pd.DataFrame,
+    specs: Mapping[str, str],
+    best: pd.DataFrame,
+) -> tuple[Replay, Episode]:
+    """Run the episode again in which the reference's regret is the median, and its best drive.
+
+    Args:
+        study: as for ``replay``.
+        scenarios: likewise.
+        rows: likewise.
+        specs: likewise.
+        best: the yardstick's rows of that set.
+    """
+    first = rows[(rows["training_seed"] == 0) & (rows["policy"] == study.reference_policy)]
+    merged = best.merge(first[["episode", "return"]], on="episode", suffixes=("_best", ""))
+    ordered = merged.assign(regret=merged["bound"] - merged["return"]).sort_values(
+        ["regret", "episode"]
+    )
+    chosen = ordered.iloc[(len(ordered) - 1) // 2]
+    (found,) = replay(study, scenarios, rows, specs, {int(chosen["episode"]): "median regret"})
+    plan = Plan(np.asarray(chosen["actions"], float))
+    config, limit = resolve(scenarios)
+    runs = batch_rollout.run_episodes(config, plan, [int(chosen["seed"])], limit=limit, threads=1)
+    return found, next(iter(runs))[0]
+
+
+def replay(
+    study: StudyConfig,
+    scenarios: ScenarioSet,
+    rows: pd.DataFrame,
+    specs: Mapping[str, str],
+    chosen: Mapping[int, str],
+) -> list[Replay]:
+    """Run some episodes of a set again, with all who are shown; of a learner with its first seed.
 
     Args:
         study: what was run.
         scenarios: the set.
         rows: what was recorded in that set.
         specs: what each policy is made of, by name.
+        chosen: numbers of the episodes, and why they are worth a look.
 
     Raises:
         HazbotError: an episode does not give its recorded numbers again.
     """
     rows = rows[rows["training_seed"] == 0]
-    chosen = choose(rows[rows["policy"] == study.reference_policy])
     recorded = {
         (row["policy"], row["episode"]): row
         for row in rows[rows["episode"].isin(chosen)].to_dict("records")
     }
-    pairs = [(policy, index) for policy in study.names for index in chosen]
-    policies = [make_policy(specs[name]) for name in study.names]
+    pairs = [(policy, index) for policy in study.shown_names for index in chosen]
+    policies = [make_policy(specs[name]) for name in study.shown_names]
     seeds = [int(recorded[study.reference_policy, index]["seed"]) for index in chosen]
     runs: dict[int, dict[str, Episode]] = {index: {} for index in chosen}
     for (policy, index), (episode, labels) in zip(

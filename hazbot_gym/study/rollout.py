@@ -12,7 +12,7 @@ import numpy as np
 from gymnasium.envs.registration import EnvSpec
 
 from hazbot_gym.config import Config, make_config
-from hazbot_gym.core.state import ROBOT_RADIUS_M, Floats, Records
+from hazbot_gym.core.state import ROBOT_RADIUS_M, Floats, Ints, Records
 from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import Policy
@@ -223,7 +223,7 @@ def _record(
         speed_mps=column("speed_mps")[:, 0],
         command_mps=column("command_mps")[:, 0],
         pose_error=column("x_e", "y_e", "theta_e"),
-        people=_people([snapshot.people for snapshot in snapshots]),
+        people=_people([s.people for s in snapshots], [s.persons for s in snapshots]),
         rewards=np.array([reward for reward, _ in steps]),
         reward_terms={
             name: np.array([info["reward_terms"][name] for info in infos])
@@ -246,13 +246,14 @@ def _max_episode_steps(env: gymnasium.Env[Any, Any]) -> int:
     return int(limit or env.unwrapped.config.max_episode_steps)  # type: ignore[attr-defined]
 
 
-def _people(present: list[Records]) -> Floats:
-    """Stack the people of all instants, (T + 1, K, 5), with NaN where fewer than K are present."""
+def _people(present: list[Records], persons: list[Ints]) -> Floats:
+    """Stack the people of all instants, (T + 1, K, 5), with NaN where somebody is not present."""
     counts = [len(people) for people in present]
     # Joined as bytes: numpy takes far longer to join records, field by field.
     together = np.frombuffer(b"".join(people.tobytes() for people in present), present[0].dtype)
     columns = np.stack([together[name] for name in PERSON_COLUMNS], axis=1)
-    return stack_people(np.repeat(np.arange(len(present)), counts), columns, len(present))
+    instants = np.repeat(np.arange(len(present)), counts)
+    return stack_people(instants, np.concatenate(persons), columns, len(present))
 
 
 def _unknown_env(env_id: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -18,9 +18,12 @@ from hazbot_gym.study.crossed_bootstrap import (
     crossed_estimate,
     crossed_mean,
 )
+from hazbot_gym.study.front_summary import summarise_fronts
 from hazbot_gym.study.metrics import Row
 from hazbot_gym.study.multiple_comparisons import bootstrap_p_value, holm
 from hazbot_gym.study.paired_scores import differences, improvements, pair_draws
+from hazbot_gym.study.quantile_means import conditional_value_at_risk, interquartile_mean
+from hazbot_gym.study.regret import regrets
 from hazbot_gym.study.statistics import Estimate, wilson
 
 if TYPE_CHECKING:
@@ -55,12 +58,25 @@ COMPARED = (
     "rms_jerk_mps3",
 )
 LABELS = ("episode", "seed", "training_seed")  # numbers that name an episode and measure nothing
+# Tails: the mean of the worst twentieth, and which end of the metric is bad.
+TAILS: dict[str, Literal["low", "high"]] = {
+    "clearance_min_m": "low",
+    "ttc_min_s": "low",
+    "kinetic_intrusion_m2": "high",
+    "time_ratio": "high",
+}
+WORST, MOST_RESAMPLES_OF_TAILS = 0.05, 1000  # each resample of a tail weighs every single run
 POOLED = "all sets"
 Summary = dict[str, Any]
 
 
-def summarise(rows: pd.DataFrame, study: StudyConfig) -> Summary:
+def summarise(rows: pd.DataFrame, study: StudyConfig, best: pd.DataFrame | None = None) -> Summary:
     """Return the study's results as plain values, the same to the last digit for the same rows.
+
+    Args:
+        rows: of all episodes.
+        study: whose they are.
+        best: rows of the yardstick, if the study has one.
 
     Raises:
         InvalidInput: rows measured with different thresholds, policies that did not meet the same
@@ -69,14 +85,55 @@ def summarise(rows: pd.DataFrame, study: StudyConfig) -> Summary:
     _check(rows)
     names = [scenarios.name for scenarios in study.all_sets]
     sets = {name: rows[rows["scenario_set"] == name] for name in names}
-    blocks = sets if len(sets) == 1 else {**sets, POOLED: rows}
-    return {
+    together = {group: rows_of_group(rows, group) for group in groups(names)}
+    if len(sets) > 1 and not together:
+        together = {POOLED: rows}
+    summary = {
         "study": study.identity(),
         "ssm_profile": study.ssm.profile(),
         "confidence": study.confidence,
         "reference": study.reference_policy,
-        "sets": {name: summarise_set(block, study) for name, block in blocks.items()},
+        "sets": {name: summarise_set(block, study) for name, block in {**sets, **together}.items()},
     }
+    luck = {"resamples": study.resamples, "confidence": study.confidence, "seed": study.seed}
+    if study.fronts is not None:
+        blocks = _blocks(rows, [each.name for each in study.sets_named(study.fronts.sets)])
+        summary["fronts"] = _all_plain(
+            {name: summarise_fronts(block, study.fronts, **luck) for name, block in blocks.items()}
+        )
+    if best is not None:
+        summary["yardstick"] = _all_plain(
+            {
+                name: regrets(rows, block, study.names, study.reference_policy, **luck)
+                for name, block in _yardsticks(best).items()
+            }
+        )
+    return summary
+
+
+def groups(names: Sequence[str]) -> list[str]:
+    """Return what sets of the bank have in common: ``test`` of ``test/Crossing`` and others."""
+    prefixes = [name.rpartition("/")[0] for name in names]
+    return [group for group in dict.fromkeys(prefixes) if group and prefixes.count(group) > 1]
+
+
+def rows_of_group(rows: pd.DataFrame, group: str) -> pd.DataFrame:
+    """Return the rows of all sets of a group."""
+    return rows[rows["scenario_set"].str.rpartition("/")[0] == group]
+
+
+def _blocks(rows: pd.DataFrame, names: Sequence[str]) -> dict[str, pd.DataFrame]:
+    """Return the rows of some sets, together first."""
+    wanted = rows[rows["scenario_set"].isin(names)]
+    each = {name: wanted[wanted["scenario_set"] == name] for name in names}
+    return {"together": wanted, **each} if len(names) > 1 else each
+
+
+def _yardsticks(best: pd.DataFrame) -> dict[str, pd.DataFrame]:
+    """Return the yardstick's rows: exact ones together, searched ones together, and by set."""
+    kinds = {"exact": best[best["is_exact"] == 1], "searched": best[best["is_exact"] == 0]}
+    together = {kind: rows for kind, rows in kinds.items() if rows["scenario_set"].nunique() > 1}
+    return together | dict(iter(best.groupby("scenario_set", sort=False)))
 
 
 def summarise_one(rows: Sequence[Row], *, seed: int) -> dict[str, Any]:
@@ -112,6 +169,21 @@ def summarise_set(rows: pd.DataFrame, study: StudyConfig) -> Summary:
             "episodes": len(grouped[policy]),
             "training_seeds": len(draws[policy].seeds[0]),
             "metrics": _estimates(grouped[policy], draws[policy], study.confidence),
+            "tails": _tails(grouped[policy], draws[policy], study.confidence),
+            "iqm": _plain(
+                crossed_estimate(
+                    _scores(grouped[policy], "return"),
+                    _first_draws(draws[policy]),
+                    interquartile_mean,
+                    confidence=study.confidence,
+                )
+            ),
+            "return_gain": _gain(
+                _scores(grouped[policy], "return"),
+                _scores(reference, "return"),
+                pair_draws(draws[policy], draws[study.reference_policy]),
+                study.confidence,
+            ),
             "difference": {
                 name: _compare(
                     _scores(grouped[policy], name),
@@ -144,6 +216,35 @@ def _compare(
     less = crossed_estimate(improvements(-ours, -theirs), draws, confidence=confidence)
     p = bootstrap_p_value(crossed_mean(difference, draws))
     return _plain(estimate) | {"p": _rounded(p), "less": _rounded(less.mean)}
+
+
+def _gain(ours: Floats, theirs: Floats, draws: CrossedDraws, confidence: float) -> dict[str, Any]:
+    """Return how much more is earned, and the probability of improvement."""
+    more = crossed_estimate(improvements(ours, theirs), draws, confidence=confidence)
+    gain = crossed_estimate(differences(ours, theirs), draws, confidence=confidence)
+    return _plain(gain) | {"probability": _plain(more)}
+
+
+def _tails(
+    rows: pd.DataFrame, draws: CrossedDraws, confidence: float
+) -> dict[str, dict[str, float | None]]:
+    """Return the mean of the worst twentieth of the runs (CVaR) of some metrics."""
+    return {
+        name: _plain(
+            crossed_estimate(
+                _scores(rows, name),
+                _first_draws(draws),
+                conditional_value_at_risk(WORST, worst=worst),
+                confidence=confidence,
+            )
+        )
+        for name, worst in TAILS.items()
+        if name in rows
+    }
+
+
+def _first_draws(draws: CrossedDraws) -> CrossedDraws:
+    return CrossedDraws(*(counts[:MOST_RESAMPLES_OF_TAILS] for counts in draws))
 
 
 def _correct(results: Summary, reference: str) -> None:
@@ -192,6 +293,17 @@ def _rate(scores: Floats, draws: CrossedDraws, *, confidence: float) -> Estimate
 def _plain(estimate: Estimate) -> dict[str, float | None]:
     """Return an estimate as JSON values, rounded so that no processor's last digit shows."""
     return {name: _rounded(value) for name, value in estimate._asdict().items()}
+
+
+def _all_plain(content: Any) -> Any:
+    """Return nested results with every estimate and number as JSON values."""
+    if isinstance(content, Estimate):
+        return _plain(content)
+    if isinstance(content, Mapping):
+        return {name: _all_plain(value) for name, value in content.items()}
+    if isinstance(content, list):
+        return [_all_plain(value) for value in content]
+    return _rounded(content) if isinstance(content, float) else content
 
 
 def _rounded(value: float) -> float | None:

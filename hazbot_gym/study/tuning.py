@@ -11,7 +11,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -29,9 +29,17 @@ except ImportError as error:
 
 FIRST_AT_RANDOM = 10  # trials before the estimator has something to go by
 AT_A_BOUND = 0.02  # share of an interval's width within which its best value counts as at the end
-VALIDATION = tuple(ScenarioSet.model_validate(each) for each in bank_sets.select("validation"))
 
 Record = dict[str, Any]
+
+
+def validation(overrides: Mapping[str, Any] | None = None) -> tuple[ScenarioSet, ...]:
+    """Return the bank's validation sets, with further config values if some are given."""
+    found = bank_sets.select("validation", overrides)
+    return tuple(ScenarioSet.model_validate(each) for each in found)
+
+
+VALIDATION = validation()
 
 
 class Search(NamedTuple):

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from hazbot_gym.study.crossed_bootstrap import CrossedDraws, crossed_draws
 from hazbot_gym.study.hypervolume import (
-    Front,
+    Point,
     front_hypervolume,
     hypervolume,
     hypervolume_difference,
@@ -90,15 +90,17 @@ def draw_two(ours: int, theirs: int, scenarios: int) -> list[CrossedDraws]:
 
 def test_scores_without_luck_give_the_hypervolume_itself() -> None:
     draws, _ = draw_two(2, 2, 10)
-    points = [(np.full((2, 10), x), np.full((2, 10), y)) for x, y in ((1.0, 2.0), (2.0, 1.0))]
-    assert front_hypervolume(Front(points, draws), (3.0, 3.0)) == pytest.approx((3.0, 3.0, 3.0))
+    front = [
+        Point(np.full((2, 10), x), np.full((2, 10), y), draws) for x, y in ((1.0, 2.0), (2.0, 1.0))
+    ]
+    assert front_hypervolume(front, (3.0, 3.0)) == pytest.approx((3.0, 3.0, 3.0))
 
 
 def test_interval_of_a_single_point_is_that_of_its_mean() -> None:
     """With one axis fixed the area is a mean, whose textbook interval is known."""
     draws, _ = draw_two(1, 1, 500)
     time = np.random.default_rng(3).normal(1.0, 0.2, size=500)
-    value, low, high = front_hypervolume(Front([(time, np.ones(500))], draws), (3.0, 2.0))
+    value, low, high = front_hypervolume([Point(time, np.ones(500), draws)], (3.0, 2.0))
     assert value == pytest.approx(3.0 - time.mean())
     assert (high - low) / 2 == pytest.approx(1.96 * time.std() / np.sqrt(500), rel=0.15)
 
@@ -107,10 +109,8 @@ def test_fronts_in_the_same_scenarios_differ_more_surely_than_apart() -> None:
     our_draws, their_draws = draw_two(3, 1, 50)
     difficulty = np.random.default_rng(4).normal(0.0, 0.3, size=(1, 50))
     seeds = np.zeros((3, 1))  # training was no luck here
-    ours = Front(
-        [(k + difficulty + seeds, 4 - k + difficulty + seeds) for k in (1, 2, 3)], our_draws
-    )
-    theirs = Front([(k + 0.2 + difficulty, 4.2 - k + difficulty) for k in (1, 2, 3)], their_draws)
+    ours = [Point(k + difficulty + seeds, 4 - k + difficulty + seeds, our_draws) for k in (1, 2, 3)]
+    theirs = [Point(k + 0.2 + difficulty, 4.2 - k + difficulty, their_draws) for k in (1, 2, 3)]
     value, low, high = hypervolume_difference(ours, theirs, (5.0, 5.0))
     apart = [front_hypervolume(front, (5.0, 5.0)) for front in (ours, theirs)]
     assert value == pytest.approx(apart[0].mean - apart[1].mean)

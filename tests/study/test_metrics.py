@@ -212,3 +212,37 @@ def test_one_decision_is_enough_to_measure() -> None:
     row = measure(short, SSM)
     assert row["rms_jerk_mps3"] == 0.0
     assert row["time_s"] == pytest.approx(0.1)
+
+
+def test_standing_is_needless_while_nobody_is_near_or_coming() -> None:
+    speed = np.array([0.5, 0.0, 0.0, 0.5, 0.2])
+    near = measure(episode(speed_mps=speed), SSM)  # somebody stands 2 m ahead
+    assert near["stalled_s"] == pytest.approx(0.2)
+    assert near["stalled_needlessly_s"] == 0.0
+    far = episode().people + np.array([8.0, 0.0, 0.0, 0.0, 0.0])
+    assert measure(episode(speed_mps=speed, people=far), SSM)[
+        "stalled_needlessly_s"
+    ] == pytest.approx(0.2)
+    coming = far + np.array([0.0, 0.0, -2.5, 0.0, 0.0])  # 9.5 m away, in less than 5 s here
+    assert measure(episode(speed_mps=speed, people=coming), SSM)["stalled_needlessly_s"] == 0.0
+    assert near["mean_speed_mps"] == pytest.approx(0.7 / 4)
+    assert near["inspected_share"] == pytest.approx(0.2 / 0.7)
+
+
+def test_changes_of_mind_and_hard_brakes_are_counted_once_each() -> None:
+    # Accelerations -5, 0, +5, -1 m/s^2: two changes of sign; hard brakes at the first and the last.
+    row = measure(episode(speed_mps=np.array([0.5, 0.0, 0.0, 0.5, 0.4])), SSM)
+    assert row["reversals_per_min"] == pytest.approx(2 * 60 / 0.4)
+    assert row["hard_brakes_per_100m"] == pytest.approx(2 * 100 / 0.09)
+
+
+def test_energy_is_that_of_rolling_and_of_changes_of_speed() -> None:
+    rolling = measure(episode(), SSM)["energy_jpm"]
+    assert rolling == pytest.approx(34.0 * 0.015 * 9.81)
+    row = measure(episode(speed_mps=np.array([0.0, 0.1, 0.1, 0.1, 0.1])), SSM)
+    assert row["energy_jpm"] == pytest.approx(rolling + 34.0 * 1.0 * 0.1 * 0.1 / 0.04)
+
+
+def test_energy_of_a_contact_is_that_of_the_robot_at_its_relative_speed() -> None:
+    touched = episode(outcome="contact_person", contact_speed_mps=1.5)
+    assert measure(touched, SSM)["contact_energy_j"] == pytest.approx(0.5 * 34.0 * 1.5**2)

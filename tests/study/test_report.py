@@ -114,7 +114,9 @@ def test_names_from_outside_cannot_break_the_page(study: report.Study) -> None:
     summary = {**study.summary, "sets": renamed(study.summary["sets"])}
     # The name enters the seeds only when a study runs; replays take the recorded ones.
     rows = study.rows.replace({"scenario_set": {"E*": named.name}})
-    page = report.make_page(report.Study(config, manifest, summary, rows, study.specs))
+    page = report.make_page(
+        study._replace(config=config, manifest=manifest, summary=summary, rows=rows)
+    )
     assert named.name not in page
     assert named.name in plots_of(page)["front"]
 
@@ -122,7 +124,7 @@ def test_names_from_outside_cannot_break_the_page(study: report.Study) -> None:
 def test_the_report_is_written_beside_the_results_and_withdrawn_with_them(
     finished: Path, study: report.Study, page: str, tmp_path: Path
 ) -> None:
-    for name in (records.MANIFEST, records.SUMMARY, records.EPISODES):
+    for name in (records.MANIFEST, records.SUMMARY, records.EPISODES, records.COSTS):
         (tmp_path / name).write_bytes((finished / name).read_bytes())
     path = report.write_report(tmp_path)
     assert path == tmp_path / "report.html"

@@ -139,11 +139,16 @@ def test_people_are_stacked_with_gaps_where_they_are_absent() -> None:
         people["x"], people["vx"], people["radius"] = positions, 1.5, 0.2
         return people
 
-    stacked = _people([someone(), someone(1.0, 2.0), someone(3.0)])
-    np.testing.assert_array_equal(stacked[..., X], [[np.nan, np.nan], [1.0, 2.0], [3.0, np.nan]])
+    def numbers(*persons: int) -> Any:
+        return np.array(persons, np.int64)
+
+    stacked = _people(
+        [someone(), someone(1.0, 2.0), someone(3.0)], [numbers(), numbers(4, 7), numbers(7)]
+    )
+    np.testing.assert_array_equal(stacked[..., X], [[np.nan, np.nan], [1.0, 2.0], [np.nan, 3.0]])
     assert np.nanmax(stacked[..., VX]) == 1.5
     assert np.isnan(stacked[0, :, RADIUS]).all()
-    assert _people([someone(), someone()]).shape == (2, 0, 5)
+    assert _people([someone(), someone()], [numbers(), numbers()]).shape == (2, 0, 5)
 
 
 @pytest.mark.parametrize("env_id", ["CartPole-v1", "hazbot_gym/Nowhere-v0", "nowhere:Env-v0", "x"])

@@ -1,0 +1,82 @@
+"""Families of policies over all values of their knobs: points, area, and who is on the front."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hazbot_gym.study.config import Fronts
+from hazbot_gym.study.crossed_bootstrap import crossed_draws, crossed_estimate
+from hazbot_gym.study.fronts import AXES
+from hazbot_gym.study.hypervolume import (
+    Front,
+    Point,
+    front_hypervolume,
+    hypervolume_difference,
+    pareto_set,
+)
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from hazbot_gym.core.state import Floats
+
+
+def summarise_fronts(
+    rows: pd.DataFrame, fronts: Fronts, *, resamples: int, confidence: float, seed: int
+) -> dict[str, Any]:
+    """Return each family's points and hypervolume, and its difference from the first family's.
+
+    Args:
+        rows: of a set, or of several, each resampled by itself.
+        fronts: what is asked for.
+        resamples: of the bootstrap.
+        confidence: nominal coverage of the intervals.
+        seed: of the draws; all points of all fronts share those of the scenarios.
+    """
+    members = {**fronts.swept, **fronts.groups}
+    policies = list(dict.fromkeys(policy for some in members.values() for policy in some))
+    ordered = rows.sort_values("training_seed", kind="stable")
+    grouped = {policy: ordered[ordered["policy"] == policy] for policy in policies}
+    first = grouped[policies[0]]
+    strata = first["scenario_set"][first["training_seed"] == 0]
+    counts = [grouped[policy]["training_seed"].nunique() for policy in policies]
+    drawn = crossed_draws(strata, counts, np.random.default_rng(seed), resamples=resamples)
+    points = {
+        policy: Point(*_scores(grouped[policy], count), draws)
+        for policy, count, draws in zip(policies, counts, drawn, strict=True)
+    }
+    families = {name: [points[each] for each in some] for name, some in members.items()}
+    reference = next(iter(families.values()))
+    return {
+        name: {
+            "points": _points(members[name], front, confidence),
+            "hypervolume": front_hypervolume(front, fronts.corner, confidence=confidence),
+            "difference": hypervolume_difference(
+                front, reference, fronts.corner, confidence=confidence
+            ),
+        }
+        for name, front in families.items()
+    }
+
+
+def _scores(rows: pd.DataFrame, seeds: int) -> list[Floats]:
+    return [rows[axis].to_numpy(float).reshape(seeds, -1) for axis in AXES]
+
+
+def _points(policies: Sequence[str], front: Front, confidence: float) -> list[dict[str, Any]]:
+    """Return what each policy of a family scores, and whether no other of it is better."""
+    scores = [
+        [
+            crossed_estimate(each, point.draws, confidence=confidence)
+            for each in (point.time_ratio, point.intrusion)
+        ]
+        for point in front
+    ]
+    is_best = pareto_set([[time.mean, intrusion.mean] for time, intrusion in scores])
+    return [
+        {"policy": policy, **dict(zip(AXES, each, strict=True)), "on_front": bool(best)}
+        for policy, each, best in zip(policies, scores, is_best, strict=True)
+    ]
