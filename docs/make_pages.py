@@ -12,7 +12,7 @@ from hazbot_gym.study import (
     bench_report,
     calibration_report,
     headroom_report,
-    policies_report,
+    study_report,
     training_report,
 )
 
@@ -40,10 +40,21 @@ PAGES = (
     Page("headroom", headroom_report.page, RECORDS / "headroom.json"),
     Page("people", calibration_report.page, RECORDS / "calibration.json"),
     Page("training", training_report.page, RECORDS / "training.json"),
-    Page("policies", policies_report.page, RECORDS / "policies.json"),
+    Page("study", study_report.page, RECORDS / "study.json"),
     Page("paper", docs_page.page, RECORDS / "paper.json"),
 )
 
+README, BEGIN, END = ROOT / "README.md", "<!-- the study's headline -->\n", "<!-- end -->"
+
+
+def readme() -> str:
+    """Return the README with its table as the record of the study has it."""
+    before, _, rest = README.read_text(encoding="utf-8").partition(BEGIN)
+    record = json.loads((RECORDS / "study.json").read_text(encoding="utf-8"))
+    return f"{before}{BEGIN}{study_report.readme_table(record)}\n{END}{rest.partition(END)[2]}"
+
+
 if __name__ == "__main__":
+    README.write_text(readme(), encoding="utf-8")
     for page in PAGES:
         (DOCS / f"{page.name}.md").write_text(page.text(), encoding="utf-8")

@@ -20,16 +20,17 @@ NUMBER = re.compile(r"\d[\d,]*(?:\.\d+)*")
 NAMES = re.compile(r"`[^`]*`|\b(?:uo|boa|bot)-[\w-]+|p\d+")  # of runs and percentiles, no figures
 
 
-def load_pages() -> tuple[Any, ...]:
+def load_maker() -> Any:
     spec = importlib.util.spec_from_file_location("make", ROOT / "docs" / "make_pages.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    return tuple(module.PAGES)
+    return module
 
 
-PAGES = load_pages()
+MAKE = load_maker()
+PAGES = tuple(MAKE.PAGES)
 KNOWN = {"1995", "2022", "95"}  # years of references, percents: of arrivals aimed for, of intervals
 
 
@@ -50,13 +51,17 @@ def numbers(text: str) -> set[str]:
     return {number.rstrip(",") for number in NUMBER.findall(NAMES.sub("", text))}
 
 
-def numbers_of(record: dict[str, Any], *, in_percent: bool = False) -> set[str]:
-    """Return all numbers of a record as the pages write them, shares in percent too if asked."""
+def numbers_of(
+    record: dict[str, Any], *, in_percent: bool = False, fixed: bool = False
+) -> set[str]:
+    """Return all numbers of a record as pages write them; if asked in percent or fixed digits."""
     found: set[str] = set()
     for leaf in leaves(record):
         found |= numbers(str(leaf) if isinstance(leaf, str | int) else shown(leaf))
         if isinstance(leaf, int | float):
             found |= numbers(as_printed(leaf))
+        if fixed and isinstance(leaf, float):
+            found |= {each for digits in range(5) for each in numbers(f"{leaf:z.{digits}f}")}
         if in_percent and isinstance(leaf, float):
             found |= numbers(percent(leaf))
     return found
@@ -77,5 +82,11 @@ def test_page_is_what_the_script_makes_of_the_record(page: Any) -> None:
 def test_every_number_of_the_page_is_in_the_record(page: Any) -> None:
     record = json.loads(page.record.read_text(encoding="utf-8"))
     text = (ROOT / "docs" / f"{page.name}.md").read_text(encoding="utf-8")
-    known = numbers_of(record, in_percent=page.name == "headroom") | KNOWN
+    known = (
+        numbers_of(record, in_percent=page.name == "headroom", fixed=page.name == "study") | KNOWN
+    )
     assert numbers(text) - known == set()
+
+
+def test_the_readme_has_the_headline_of_the_study() -> None:
+    assert (ROOT / "README.md").read_text(encoding="utf-8") == MAKE.readme()

@@ -183,6 +183,18 @@ def _normalisation(arrays: Mapping[str, npt.NDArray[Any]], width: int) -> Normal
     return Normalisation(mean, variance, clip, epsilon)
 
 
+_IN_STUDY = """
+## Results in the study
+
+On its test scenarios, means over all training seeds with intervals; this file is one of these
+seeds, the best on validation.
+
+| metric | value |
+|---|---|
+{rows}
+"""
+
+
 def card(trained: Trained, name: str) -> str:
     """Return the model card of a trained actor, as Markdown."""
     actor, about = trained
@@ -192,6 +204,8 @@ def card(trained: Trained, name: str) -> str:
     line = "- **Corrects** `{base}`, by {scale:g} at most.\n"
     corrects = line.format(**residual) if residual else ""
     results = "\n".join(f"| {key} | {value} |" for key, value in about["results"].items())
+    study = "\n".join(f"| {key} | {value} |" for key, value in about.get("study", {}).items())
+    in_study = _IN_STUDY.format(rows=study) if study else ""
     return f"""# {name}
 
 A speed policy for the environments of hazbot_gym, trained with {about["algorithm"]}.
@@ -209,7 +223,7 @@ A speed policy for the environments of hazbot_gym, trained with {about["algorith
 | metric | value |
 |---|---|
 {results or "| none | recorded |"}
-
+{in_study}
 ## How it was trained
 
 The environments' full configs are in the file.

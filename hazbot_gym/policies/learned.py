@@ -112,9 +112,12 @@ class Ppo(_FromFile):
             )
 
     @cached_property
-    def _policies(self) -> dict[int, TrainedActor]:
+    def _policies(self) -> dict[int, Policy]:
         found = [TrainedActor(actor_file.read(path)) for path in sorted(SHIPPED.glob("ppo_*.npz"))]
-        return {policy.actor.width: policy for policy in found}
+        return {
+            network.actor.width: on_its_base(network, network.about.get("residual"))
+            for network in found
+        }
 
     def _policy_for(self, observation: Observations) -> Policy:
         layout = layout_of(observation)

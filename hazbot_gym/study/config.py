@@ -115,6 +115,14 @@ class Fronts(Section):
         """The policies of each family's sweep."""
         return {family: tuple(sweep(family)) for family in self.families}
 
+    @property
+    def members(self) -> dict[str, tuple[str, ...]]:
+        """The policies of every front, swept families first; the first is what others are held to.
+
+        Groups are in the order of their names, which a file of results keeps.
+        """
+        return self.swept | dict(sorted(self.groups.items()))
+
 
 class StudyConfig(Section):
     """All that decides the numbers of a study; how it is run (workers, folder) is not in here."""

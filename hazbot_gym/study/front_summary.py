@@ -36,7 +36,7 @@ def summarise_fronts(
         confidence: nominal coverage of the intervals.
         seed: of the draws; all points of all fronts share those of the scenarios.
     """
-    members = {**fronts.swept, **fronts.groups}
+    members = fronts.members
     policies = list(dict.fromkeys(policy for some in members.values() for policy in some))
     ordered = rows.sort_values("training_seed", kind="stable")
     grouped = {policy: ordered[ordered["policy"] == policy] for policy in policies}

@@ -141,14 +141,12 @@ def make_page(study: Study) -> str:
             elsewhere=report_yardstick.elsewhere_tables(together, config.shown_names),
             families={
                 name: report_yardstick.family_table(block)
-                for name, block in study.summary.get("fronts", {}).items()
+                for name, block in fronts_of(study).items()
             },
-            family_looks=styles([*config.fronts.swept, *config.fronts.groups])
-            if config.fronts
-            else {},
+            family_looks=styles(list(config.fronts.members)) if config.fronts else {},
             regrets={
                 name: (report_yardstick.regret_table(block, names), block)
-                for name, block in study.summary.get("yardstick", {}).items()
+                for name, block in _in_order(study, "yardstick").items()
             },
             sessions=study.sessions,
             trainings=study.trainings,
@@ -248,9 +246,9 @@ def make_plots(
 def _optional_plots(study: Study, looks: Mapping[str, Style]) -> dict[str, dict[str, Any]]:
     """Return the plots of fronts and yardstick, where the study has them."""
     plots, best = {}, study.best
-    if "fronts" in study.summary:
+    if study.config.fronts is not None:
         plots["families"] = {
-            name: report_figures.families(block) for name, block in study.summary["fronts"].items()
+            name: report_figures.families(block) for name, block in fronts_of(study).items()
         }
     if best is not None:
         plots["beside"] = {}
@@ -263,6 +261,23 @@ def _optional_plots(study: Study, looks: Mapping[str, Style]) -> dict[str, dict[
                     found.runs, drive, looks
                 )
     return plots
+
+
+def fronts_of(study: Study) -> dict[str, Any]:
+    """Return the families' fronts in sets together and single, families as the study names them."""
+    if study.config.fronts is None:
+        return {}
+    return {
+        name: {family: block[family] for family in study.config.fronts.members}
+        for name, block in _in_order(study, "fronts").items()
+    }
+
+
+def _in_order(study: Study, part: str) -> dict[str, Any]:
+    """Return a part of the summary, whose names are sorted there, with what is pooled first."""
+    found, names = study.summary.get(part, {}), set_names(study)
+    pooled = [name for name in found if name not in names]
+    return {name: found[name] for name in (*pooled, *names) if name in found}
 
 
 def describe(scenarios: ScenarioSet) -> str:

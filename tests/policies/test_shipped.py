@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,9 @@ from hazbot_gym.study.summary import means
 from hazbot_gym.study.train_config import TrainConfig, load_training
 from hazbot_gym.task.observation import LAYOUTS
 
-CONFIGS = Path(__file__).parents[2] / "configs"
+ROOT = Path(__file__).parents[2]
+CONFIGS, RECORDS = ROOT / "configs", ROOT / "benchmarks"
+TRAINED_BY = {"tracks": "ppo_residual_ssm.yaml", "sonar": "ppo_residual_sonar.yaml"}
 LARGEST_BYTES = 200_000
 
 tiers = pytest.mark.parametrize("tier", ["tracks", "sonar"])
@@ -27,8 +30,18 @@ def test_it_is_small_and_says_by_which_config_it_comes_again(tier: str) -> None:
     assert path.stat().st_size < LARGEST_BYTES
     about = read(path).about
     assert about["tier"] == tier
-    config = load_training(CONFIGS / f"ppo_shipped_{tier}.yaml")
+    seed = about["training"]["seed"]
+    config = load_training(CONFIGS / TRAINED_BY[tier], seed=seed)
     assert TrainConfig.model_validate(about["training"]["config"]) == config
+
+
+@tiers
+def test_its_card_says_what_its_learner_reached_in_the_study(tier: str) -> None:
+    record = json.loads((RECORDS / "study.json").read_text(encoding="utf-8"))[tier]
+    found = read(SHIPPED / f"ppo_{tier}.npz").about["study"]
+    assert found["learner"] == record["learners"][0]
+    mean = record["together"]["test"][found["learner"]]["metrics"]["time_ratio"]["mean"]
+    assert found["time_ratio"].startswith(f"{mean:.4g} ")
 
 
 @tiers
