@@ -119,8 +119,6 @@ def make_page(study: Study) -> str:
         )
         for scenarios in config.all_sets
     }
-    names = config.names
-    together = {name: blocks[name] for name in blocks if name in groups(set_names(study))}
     return (
         _environment()
         .get_template("page.html")
@@ -137,38 +135,46 @@ def make_page(study: Study) -> str:
             sets=[(each, describe(each)) for each in config.all_sets],
             first=first,
             pooled=in_first,
-            tails=report_yardstick.tail_table(blocks[first], names),
-            elsewhere=report_yardstick.elsewhere_tables(together, config.shown_names),
-            families={
-                name: report_yardstick.family_table(block)
-                for name, block in fronts_of(study).items()
-            },
-            family_looks=styles(list(config.fronts.members)) if config.fronts else {},
-            regrets={
-                name: (report_yardstick.regret_table(block, names), block)
-                for name, block in _in_order(study, "yardstick").items()
-            },
-            sessions=study.sessions,
-            trainings=study.trainings,
             start=(drawn or list(replays))[0],
-            headline=report_tables.headline(blocks[first], config.names),
-            beaten={name: dict(report_tables.beaten(block)) for name, block in blocks.items()},
             plots=make_plots(study, blocks, replays, looks),
             pictures={
                 name: report_places.picture(some, config.reference_policy)
                 for name, some in replays.items()
             },
             replays=report_player.pack(replays),
-            tables={
-                name: (
-                    report_tables.all_metrics(block, config.names),
-                    report_tables.differences(block, config.names, config.reference_policy),
-                    next(iter(block.values()))["episodes"],
-                )
-                for name, block in blocks.items()
-            },
+            sessions=study.sessions,
+            trainings=study.trainings,
+            **make_tables(study, blocks),
         )
     )
+
+
+def make_tables(study: Study, blocks: Mapping[str, Any]) -> dict[str, Any]:
+    """Return every table of the page by its name in the template."""
+    config, first = study.config, next(iter(blocks.values()))
+    pooled = {name: block for name, block in blocks.items() if name in groups(set_names(study))}
+    return {
+        "headline": report_tables.headline(first, config.names),
+        "beaten": {name: dict(report_tables.beaten(block)) for name, block in blocks.items()},
+        "tails": report_yardstick.tail_table(first, config.names),
+        "elsewhere": report_yardstick.elsewhere_tables(pooled, config.shown_names),
+        "families": {
+            name: report_yardstick.family_table(block) for name, block in fronts_of(study).items()
+        },
+        "family_looks": styles(list(config.fronts.members)) if config.fronts else {},
+        "regrets": {
+            name: (report_yardstick.regret_table(block, config.names), block)
+            for name, block in _in_order(study, "yardstick").items()
+        },
+        "tables": {
+            name: (
+                report_tables.all_metrics(block, config.names),
+                report_tables.differences(block, config.names, config.reference_policy),
+                next(iter(block.values()))["episodes"],
+            )
+            for name, block in blocks.items()
+        },
+    }
 
 
 def drawn_sets(study: Study) -> list[str]:

@@ -10,6 +10,7 @@ from hazbot_gym.study.summary import COMPARED, groups
 
 Record = dict[str, Any]
 
+TEST = "test"  # the group of sets that is reported in full
 SHARES = ("normalised", "delay_removed")
 RATES = ("arrived", "contact_robot_caused", "contact_person_caused")
 KEPT = (
@@ -32,8 +33,7 @@ def record_of(study: Record) -> Record:
             study, as plain values.
     """
     summary, manifest = study["summary"], study["manifest"]
-    names = list(summary["sets"])
-    pooled = groups(names)
+    names = list(manifest["environments"])  # sets alone, none that are pooled
     shown = study["shown"]
     return {
         "study": summary["study"],
@@ -49,15 +49,15 @@ def record_of(study: Record) -> Record:
         "tuned": study["tuned"],
         "together": {
             name: {
-                policy: _kept(found, is_full=name == pooled[0])
+                policy: _kept(found, is_full=name == TEST)
                 for policy, found in summary["sets"][name].items()
             }
-            for name in pooled
+            for name in groups(names)
         },
         "sets": {
             name: {policy: _kept(summary["sets"][name][policy]) for policy in shown}
             for name in names
-            if name not in pooled and name.startswith(f"{pooled[0]}/")
+            if name.startswith(f"{TEST}/")
         },
         "fronts": summary.get("fronts", {}),
         "yardstick": {

@@ -8,13 +8,14 @@ from typing import Any
 
 from hazbot_gym.study.fronts import dominates
 from hazbot_gym.study.plain_tables import Rows, markdown_table, shown
+from hazbot_gym.study.study_record import TEST
 from hazbot_gym.study.study_targets import Target, sonar_targets, tracks_targets
 from hazbot_gym.study.summary import POOLED
 
 Record = dict[str, Any]
 Estimate = Mapping[str, float | None]
 
-TEST, TOGETHER = "test", "together"
+TOGETHER = "together"
 # Metric, title, digits; of those in percent the record has them so.
 HEADLINE = (
     ("arrived", "arrived, %", 1),
@@ -230,7 +231,7 @@ def _learners(found: Record) -> str:
                 f"`{each['name']}`",
                 f"`{each['config']}`",
                 str(each["seeds"]),
-                shown(each["decisions"]),
+                str(each["decisions"]),
                 shown(each["seconds"]),
                 f"{each['validation_return']:.1f}",
             )

@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from hazbot_gym.study.fronts import dominates
+from hazbot_gym.study.study_record import TEST
 
 Record = Mapping[str, Any]
 
-TEST = "test"
 HALF_PERCENT, PROBABILITY, NORMALISED_PERCENT = 50.0, 0.95, 95.0
 EXPERT, EXPERT_FRONT, DIRECTIONAL = "fuzzy_expert", "fuzzy_expert", "ssm:mode=directional"
 LEARNED_FRONT = "residual ppo, three prices"

@@ -17,12 +17,13 @@ from hazbot_gym.policies.actor_file import describe, write
 from hazbot_gym.task.observation import LAYOUTS
 
 
-def save(path: Path, tier: str, bias: float) -> Path:
-    """Write an actor that always answers the same."""
+def save(path: Path, tier: str, bias: float, residual: dict[str, Any] | None = None) -> Path:
+    """Write an actor that always answers the same, alone or as a correction."""
     width = LAYOUTS[tier].width
     layer = Layer(np.zeros((width, 1), np.float32), np.array([bias], np.float32))
     with path.open("wb") as file:
-        write(describe(Actor((layer,), "tanh", "clipped"), algorithm="PPO", tier=tier), file)
+        actor = Actor((layer,), "tanh", "clipped")
+        write(describe(actor, algorithm="PPO", tier=tier, residual=residual), file)
     return path
 
 
@@ -118,6 +119,12 @@ def test_ppo_is_the_shipped_policy_of_the_tier(shipped: Path) -> None:
     policy = policies.make("ppo")
     assert policy.predict(np.zeros((2, 48), np.float32))[0].tolist() == [[0.5], [0.5]]
     assert policy.predict(np.zeros(12, np.float32))[0].tolist() == [-0.5]
+
+
+def test_a_shipped_correction_drives_on_its_base(shipped: Path) -> None:
+    save(shipped / "ppo_tracks.npz", "tracks", 0.5, {"base": "constant:0.25", "scale": 0.4})
+    actions, _ = policies.make("ppo").predict(np.zeros((2, 48), np.float32))
+    np.testing.assert_allclose(actions, [[-0.5 + 0.4 * 0.5]] * 2)
 
 
 def test_a_tier_that_none_is_shipped_for_is_one_line(shipped: Path) -> None:

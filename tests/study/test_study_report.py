@@ -84,7 +84,11 @@ def record(**learner: float) -> dict[str, Any]:
     return record_of(
         {
             "summary": summary(**learner),
-            "manifest": {"commit": "1" * 40, "machine": {"processor": "P", "cores": 2}},
+            "manifest": {
+                "commit": "1" * 40,
+                "machine": {"processor": "P", "cores": 2},
+                "environments": {"test/Crossing": {}, "test/Leading": {}},
+            },
             "sessions": [session],
             "trainings": [training],
             "policies": list(POLICIES),
