@@ -183,7 +183,13 @@ def test_study_writes_its_files_and_shows_a_table(empty_folder: Path) -> None:
     assert "E*: 1 episode " in result.stdout
     folder = empty_folder / "results" / "study"
     written = {path.name for path in folder.iterdir()}
-    assert written == {"manifest.json", "shards", "episodes.parquet", "summary.json"}
+    assert written == {
+        "manifest.json",
+        "shards",
+        "episodes.parquet",
+        "summary.json",
+        "costs.json",
+    }
 
     assert hazbot(*arguments).exit_code == 0
     page = (folder / "report.html").read_bytes()
