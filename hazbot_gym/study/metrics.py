@@ -14,7 +14,7 @@ import numpy as np
 from hazbot_gym.core.proxemics import PERSONAL_M, SOCIAL_M
 from hazbot_gym.core.ssm import SsmThresholds, protective_distance
 from hazbot_gym.core.state import ROBOT_MASS_KG, Floats
-from hazbot_gym.study.encounters import encounters, proxemics, times_to_collision
+from hazbot_gym.study.encounters import Row, encounters, proxemics, times_to_collision
 from hazbot_gym.study.episode import RADIUS, Episode, X, Y
 from hazbot_gym.task.outcome import MOVING_MPS
 
@@ -23,8 +23,6 @@ INSPECTION_MPS = 0.25
 REVERSAL_MPS2 = 0.1
 BRAKES_MPS2, HARD_BRAKE = 1.0, 0.8  # the drive's deceleration, and the share of it that is hard
 ROLLING, GRAVITY_MPS2 = 0.015, 9.81  # rubber on a hard floor
-
-Row = dict[str, float | int | str]
 
 
 def measure(episode: Episode, ssm: SsmThresholds) -> Row:

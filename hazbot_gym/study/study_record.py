@@ -11,6 +11,7 @@ from hazbot_gym.study.summary import COMPARED, groups
 Record = dict[str, Any]
 
 TEST = "test"  # the group of sets that is reported in full
+TOGETHER, YARDSTICKS = "together", ("exact", "searched")  # what is pooled of fronts and yardstick
 SHARES = ("normalised", "delay_removed")
 RATES = ("arrived", "contact_robot_caused", "contact_person_caused")
 KEPT = (
@@ -19,9 +20,6 @@ KEPT = (
     "ssm_violation",
     "rms_jerk_mps3",
     "return",
-    "clearance_min_m",
-    "stalled_needlessly_s",
-    "energy_jpm",
 )
 
 
@@ -34,7 +32,7 @@ def record_of(study: Record) -> Record:
     """
     summary, manifest = study["summary"], study["manifest"]
     names = list(manifest["environments"])  # sets alone, none that are pooled
-    shown = study["shown"]
+    shown, learners = study["shown"], [each["name"] for each in study["trainings"]]
     return {
         "study": summary["study"],
         "commit": manifest["commit"],
@@ -43,7 +41,7 @@ def record_of(study: Record) -> Record:
         "reference": summary["reference"],
         "policies": study["policies"],
         "shown": shown,
-        "learners": [each["name"] for each in study["trainings"]],
+        "learners": learners,
         "sessions": study["sessions"],
         "trainings": study["trainings"],
         "tuned": study["tuned"],
@@ -51,6 +49,7 @@ def record_of(study: Record) -> Record:
             name: {
                 policy: _kept(found, is_full=name == TEST)
                 for policy, found in summary["sets"][name].items()
+                if name == TEST or policy in (*shown, *learners)
             }
             for name in groups(names)
         },
@@ -59,9 +58,13 @@ def record_of(study: Record) -> Record:
             for name in names
             if name.startswith(f"{TEST}/")
         },
-        "fronts": summary.get("fronts", {}),
+        "fronts": {
+            name: block for name, block in summary.get("fronts", {}).items() if name == TOGETHER
+        },
         "yardstick": {
-            name: _with_percents(block) for name, block in summary.get("yardstick", {}).items()
+            name: _with_percents(block)
+            for name, block in summary.get("yardstick", {}).items()
+            if name in YARDSTICKS
         },
     }
 
@@ -85,7 +88,7 @@ def _kept(found: Mapping[str, Any], *, is_full: bool = False) -> Record:
         "percent": {name: _percent(found["metrics"][name]) for name in (*RATES, "ssm_violation")},
     }
     if is_full:
-        kept |= {name: found[name] for name in ("tails", "iqm", "return_gain")}
+        kept |= {name: found[name] for name in ("tails", "return_gain")}
         kept["difference"] = {name: found["difference"][name] for name in COMPARED}
     return kept
 

@@ -8,14 +8,13 @@ from typing import Any
 
 from hazbot_gym.study.fronts import dominates
 from hazbot_gym.study.plain_tables import Rows, markdown_table, shown
-from hazbot_gym.study.study_record import TEST
+from hazbot_gym.study.study_record import TEST, TOGETHER
 from hazbot_gym.study.study_targets import Target, sonar_targets, tracks_targets
 from hazbot_gym.study.summary import POOLED
 
 Record = dict[str, Any]
 Estimate = Mapping[str, float | None]
 
-TOGETHER = "together"
 # Metric, title, digits; of those in percent the record has them so.
 HEADLINE = (
     ("arrived", "arrived, %", 1),
@@ -64,7 +63,7 @@ def _parts(found: Record) -> dict[str, str]:
     test = found["together"][TEST]
     reference = found["reference"]
     return {
-        "episodes": shown(test[reference]["episodes"]),
+        "episodes": str(test[reference]["episodes"]),
         "reference": f"`{reference}`",
         "commit": f"`{(found['commit'] or '')[:12]}`",
         "machine": f"{found['machine']['processor']}, {found['machine']['cores']} cores",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import json
 import re
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ import pytest
 from hazbot_gym.study import report
 from hazbot_gym.study.comparison import run_study
 from hazbot_gym.study.config import load_study
+from tests.study.test_report import plots_of
 
 STUDY = load_study(
     policies=["fuzzy_expert", "constant:0.5", "constant:0.3", "stop_on_sight"],
@@ -38,13 +38,6 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> report.Study:
 @pytest.fixture(scope="module")
 def page(study: report.Study) -> str:
     return report.make_page(study)
-
-
-def plots_of(page: str) -> dict[str, Any]:
-    found = re.search(r'<script type="application/json" id="plot-data">(.*?)</script>', page)
-    assert found is not None
-    plots: dict[str, Any] = json.loads(found[1])
-    return plots
 
 
 def test_sets_of_the_bank_are_pooled_by_group_and_come_first(study: report.Study) -> None:

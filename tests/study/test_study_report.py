@@ -30,7 +30,6 @@ def policy(**metrics: float) -> dict[str, Any]:
         "difference": {name: estimate(-0.1) | {"p": 0.01, "p_holm": 0.04} for name in COMPARED},
         "return_gain": estimate(2.0) | {"probability": estimate(0.96)},
         "tails": {name: estimate(0.3) for name in TAILS},
-        "iqm": estimate(260.0),
     }
 
 
