@@ -89,7 +89,7 @@ class Learner(Section):
     config: Path  # training file; a relative path in a study file is from where that file is
     seeds: Annotated[int, Ge(1)] = 10  # the file's seed and those after it
     steps: Annotated[int, Ge(1)] | None = None  # decisions in all; None: the file's
-    changes: dict[str, Any] = Field(default_factory=dict)  # of other values of the file
+    changes: dict[str, Any] = Field(default_factory=dict)  # laid over the file, by section
 
 
 class Yardstick(Section):

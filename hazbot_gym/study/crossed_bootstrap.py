@@ -84,8 +84,22 @@ def score_matrix(scores: npt.ArrayLike, draws: CrossedDraws) -> Floats:
 
 def crossed_mean(scores: npt.ArrayLike, draws: CrossedDraws) -> Floats:
     """Return each resample's mean ``sum_rn a_r b_n x_rn / sum_rn a_r b_n``, (B,)."""
-    sums, sizes = sums_of_defined(score_matrix(scores, draws), draws.scenarios)
-    return ratio((draws.seeds * sums).sum(axis=1), (draws.seeds * sizes).sum(axis=1))
+    mean: Floats = crossed_means(score_matrix(scores, draws)[None], draws)[0]
+    return mean
+
+
+def crossed_means(scores: Floats, draws: CrossedDraws) -> Floats:
+    """Return the crossed means of several metrics, (M, B), of scores (M, R, N).
+
+    All in one matrix product: one by one, each would wait for all draws to come from memory.
+    """
+    metrics, seeds, scenarios = scores.shape
+    flat = scores.reshape(metrics * seeds, scenarios)
+    sums, sizes = (
+        np.einsum("br,bmr->mb", draws.seeds, each.reshape(-1, metrics, seeds))
+        for each in sums_of_defined(flat, draws.scenarios)
+    )
+    return ratio(sums, sizes)
 
 
 def crossed_estimate(
@@ -105,6 +119,17 @@ def crossed_estimate(
     """
     value = float(statistic(scores, each_once(draws))[0])
     return percentile_interval(value, statistic(scores, draws), confidence=confidence)
+
+
+def crossed_estimates(
+    scores: Floats, draws: CrossedDraws, *, confidence: float = 0.95
+) -> list[Estimate]:
+    """Estimate the means of several metrics, given as scores (M, R, N), as ``crossed_estimate``."""
+    values, resampled = crossed_means(scores, each_once(draws)), crossed_means(scores, draws)
+    return [
+        percentile_interval(float(value), means, confidence=confidence)
+        for value, means in zip(values[:, 0], resampled, strict=True)
+    ]
 
 
 def plain_statistic(function: Callable[[Floats], float]) -> Statistic:

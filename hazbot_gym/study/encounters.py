@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from hazbot_gym.core.post_encroachment import post_encroachment_time
 from hazbot_gym.core.proxemics import INTIMATE_M, PERSONAL_M, SOCIAL_M
 from hazbot_gym.core.state import Floats
 from hazbot_gym.core.ttc import time_to_collision
@@ -15,7 +16,7 @@ from hazbot_gym.study.episode import RADIUS, VX, VY, Episode, X, Y
 
 CRITICAL_TTC_S = 1.5  # Hyden 1987
 COMFORTABLE_MPS2 = 1.0  # the drive's own deceleration
-ACROSS = 0.7  # |sin| of the angle between two ways from which on they cross
+WALKING_MPS = 0.1  # whose median speed is no more does not go anywhere
 NEAR_M, FAR_M = SOCIAL_M, 2 * SOCIAL_M  # where accelerations of people are compared
 COMPLIANCE_M = (0.45, 0.5, 1.0, 1.2)  # SocNavGym, Francis et al. 2023, Habitat, Hall
 
@@ -86,28 +87,20 @@ def times_to_collision(episode: Episode) -> Floats:
 
 
 def post_encroachment_s(episode: Episode) -> float:
-    """Return the least time between one leaving and the other reaching a place that both cross.
+    """Return the least post-encroachment time with anybody who walks; infinite if ways never cross.
 
-    Discs of robot and person overlap for pairs (t, t') of instants: the robot's place at t, the
-    person's at t'. The least |t - t'| over all of them is the post-encroachment time (Allen et al.
-    1978), of those alone whose ways cross at 45 degrees or more; infinite if there are none.
+    Between one leaving and the other reaching a place: see ``core/post_encroachment.py``.
     """
     least = np.inf
-    x, y, heading = episode.pose.T
     for person in np.moveaxis(episode.people, 1, 0):
         there = np.isfinite(person[:, X])
-        px, py, vx, vy, radius = person[there].T
-        speed = np.hypot(vx, vy)
-        reach = radius[:1] + episode.robot_radius_m
-        if not len(px) or np.median(speed) <= 0.1:
-            continue
-        gap2 = (x[:, None] - px) ** 2 + (y[:, None] - py) ** 2
-        own, other = np.nonzero(gap2 < reach**2)
-        sine = np.abs(np.cos(heading[own]) * vy[other] - np.sin(heading[own]) * vx[other])
-        crosses = sine >= ACROSS * speed[other]
-        if crosses.any():
-            apart = np.abs(episode.time_s[own] - episode.time_s[there][other])[crosses]
-            least = min(least, float(apart.min()))
+        seen = person[there]
+        if len(seen) and np.median(np.hypot(seen[:, VX], seen[:, VY])) > WALKING_MPS:
+            reach = float(seen[0, RADIUS]) + episode.robot_radius_m
+            way = np.ascontiguousarray(seen[:, [X, Y, VX, VY]])
+            times_s = episode.time_s[there]
+            apart = post_encroachment_time(episode.time_s, episode.pose, times_s, way, reach)
+            least = min(least, apart)
     return least
 
 

@@ -98,6 +98,10 @@ def sums_of_defined(values: Floats, draws: Floats) -> tuple[Floats, Floats]:
         Sums and numbers of summands, both (B,) or (B, R).
     """
     known = np.isfinite(values)
+    if known.all():  # as most metrics are: half the work
+        sums = draws @ values.T
+        sizes = draws.sum(axis=1).reshape(-1, *[1] * (values.ndim - 1))
+        return sums, np.broadcast_to(sizes, sums.shape)
     return draws @ np.where(known, values, 0.0).T, draws @ known.T.astype(float)
 
 

@@ -16,7 +16,9 @@ from hazbot_gym.study.crossed_bootstrap import (
     CrossedDraws,
     crossed_draws,
     crossed_estimate,
-    crossed_mean,
+    crossed_estimates,
+    crossed_means,
+    each_once,
 )
 from hazbot_gym.study.front_summary import summarise_fronts
 from hazbot_gym.study.metrics import Row
@@ -24,7 +26,7 @@ from hazbot_gym.study.multiple_comparisons import bootstrap_p_value, holm
 from hazbot_gym.study.paired_scores import differences, improvements, pair_draws
 from hazbot_gym.study.quantile_means import conditional_value_at_risk, interquartile_mean
 from hazbot_gym.study.regret import regrets
-from hazbot_gym.study.statistics import Estimate, wilson
+from hazbot_gym.study.statistics import Estimate, percentile_interval, wilson
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -165,63 +167,77 @@ def summarise_set(rows: pd.DataFrame, study: StudyConfig) -> Summary:
     drawn = crossed_draws(strata, seeds, rng, resamples=study.resamples)
     draws = dict(zip(study.names, drawn, strict=True))
     results = {
-        policy: {
-            "episodes": len(grouped[policy]),
-            "training_seeds": len(draws[policy].seeds[0]),
-            "metrics": _estimates(grouped[policy], draws[policy], study.confidence),
-            "tails": _tails(grouped[policy], draws[policy], study.confidence),
-            "iqm": _plain(
-                crossed_estimate(
-                    _scores(grouped[policy], "return"),
-                    _first_draws(draws[policy]),
-                    interquartile_mean,
-                    confidence=study.confidence,
-                )
-            ),
-            "return_gain": _gain(
-                _scores(grouped[policy], "return"),
-                _scores(reference, "return"),
-                pair_draws(draws[policy], draws[study.reference_policy]),
-                study.confidence,
-            ),
-            "difference": {
-                name: _compare(
-                    _scores(grouped[policy], name),
-                    _scores(reference, name),
-                    pair_draws(draws[policy], draws[study.reference_policy]),
-                    study.confidence,
-                )
-                for name in COMPARED
-            },
-        }
+        policy: _summarise_policy(
+            grouped[policy],
+            draws[policy],
+            reference,
+            pair_draws(draws[policy], draws[study.reference_policy]),
+            study.confidence,
+        )
         for policy in study.names
     }
     _correct(results, study.reference_policy)
     return results
 
 
-def _scores(rows: pd.DataFrame, metric: str) -> Floats:
-    """Return a policy's metric as a score matrix (training seeds, scenarios)."""
-    values = rows[metric].to_numpy(dtype=float)
-    seeds: Floats = values.reshape(rows["training_seed"].nunique(), -1)
-    return seeds
+def _summarise_policy(
+    rows: pd.DataFrame,
+    draws: CrossedDraws,
+    reference: pd.DataFrame,
+    pairs: CrossedDraws,
+    confidence: float,
+) -> dict[str, Any]:
+    """Return what a policy scores in a set, and in pairs with the reference."""
+    returns = _scores(rows, ["return"])[0]
+    middle = crossed_estimate(
+        returns, _first_draws(draws), interquartile_mean, confidence=confidence
+    )
+    return {
+        "episodes": len(rows),
+        "training_seeds": len(draws.seeds[0]),
+        "metrics": _estimates(rows, draws, confidence),
+        "tails": _tails(rows, draws, confidence),
+        "iqm": _plain(middle),
+        "return_gain": _gain(returns, _scores(reference, ["return"])[0], pairs, confidence),
+        "difference": _compare(
+            _scores(rows, COMPARED), _scores(reference, COMPARED), pairs, confidence
+        ),
+    }
+
+
+def _scores(rows: pd.DataFrame, metrics: Sequence[str]) -> Floats:
+    """Return a policy's metrics as score matrices, (metrics, training seeds, scenarios)."""
+    values = rows[list(metrics)].to_numpy(dtype=float)
+    scores: Floats = values.T.reshape(len(metrics), rows["training_seed"].nunique(), -1)
+    return scores
 
 
 def _compare(
     ours: Floats, theirs: Floats, draws: CrossedDraws, confidence: float
-) -> dict[str, float | None]:
-    """Return the paired difference with its interval and p-value, and how often ours is less."""
-    difference = differences(ours, theirs)
-    estimate = crossed_estimate(difference, draws, confidence=confidence)
-    less = crossed_estimate(improvements(-ours, -theirs), draws, confidence=confidence)
-    p = bootstrap_p_value(crossed_mean(difference, draws))
-    return _plain(estimate) | {"p": _rounded(p), "less": _rounded(less.mean)}
+) -> dict[str, dict[str, float | None]]:
+    """Return of each compared metric the paired difference, p-value, and how often ours is less.
+
+    Args:
+        ours: (metrics, R, N) scores, in the order of ``COMPARED``.
+        theirs: (metrics, S, N) scores of the reference.
+        draws: of pairs of training seeds.
+        confidence: nominal coverage of the intervals.
+    """
+    pairs = np.stack([differences(*each) for each in zip(ours, theirs, strict=True)])
+    wins = np.stack([improvements(-x, -y) for x, y in zip(ours, theirs, strict=True)])
+    once, many = crossed_means(pairs, each_once(draws)), crossed_means(pairs, draws)
+    less = crossed_means(wins, each_once(draws))
+    return {
+        name: _plain(percentile_interval(float(once[k, 0]), many[k], confidence=confidence))
+        | {"p": _rounded(bootstrap_p_value(many[k])), "less": _rounded(float(less[k, 0]))}
+        for k, name in enumerate(COMPARED)
+    }
 
 
 def _gain(ours: Floats, theirs: Floats, draws: CrossedDraws, confidence: float) -> dict[str, Any]:
     """Return how much more is earned, and the probability of improvement."""
-    more = crossed_estimate(improvements(ours, theirs), draws, confidence=confidence)
-    gain = crossed_estimate(differences(ours, theirs), draws, confidence=confidence)
+    both = np.stack([differences(ours, theirs), improvements(ours, theirs)])
+    gain, more = crossed_estimates(both, draws, confidence=confidence)
     return _plain(gain) | {"probability": _plain(more)}
 
 
@@ -232,7 +248,7 @@ def _tails(
     return {
         name: _plain(
             crossed_estimate(
-                _scores(rows, name),
+                _scores(rows, [name])[0],
                 _first_draws(draws),
                 conditional_value_at_risk(WORST, worst=worst),
                 confidence=confidence,
@@ -264,19 +280,22 @@ def _estimates(
     columns: Mapping[str, npt.NDArray[Any]] | pd.DataFrame, draws: CrossedDraws, confidence: float
 ) -> dict[str, dict[str, float | None]]:
     """Return the estimate of every column that is a metric, and leave out the labels."""
-    estimates = {}
-    for name in columns:
-        values = np.asarray(columns[name])
-        is_metric = values.dtype.kind in "if" and name not in LABELS
-        if not (is_metric or name in RATES):
-            continue
-        scores = values.astype(float).reshape(draws.seeds.shape[1], -1)
-        estimate = _rate if name in RATES else crossed_estimate
-        estimates[name] = estimate(scores, draws, confidence=confidence)
-    return {name: _plain(estimate) for name, estimate in estimates.items()}
+    values = {name: np.asarray(columns[name]) for name in columns}
+    names = [
+        name
+        for name, column in values.items()
+        if name in RATES or (column.dtype.kind in "if" and name not in LABELS)
+    ]
+    seeds = draws.seeds.shape[1]
+    scores = np.stack([values[name].astype(float).reshape(seeds, -1) for name in names])
+    estimates = crossed_estimates(scores, draws, confidence=confidence)
+    return {
+        name: _plain(_rate(each, crossed, confidence) if name in RATES else crossed)
+        for name, each, crossed in zip(names, scores, estimates, strict=True)
+    }
 
 
-def _rate(scores: Floats, draws: CrossedDraws, *, confidence: float) -> Estimate:
+def _rate(scores: Floats, crossed: Estimate, confidence: float) -> Estimate:
     """Estimate a rate: Wilson's interval over scenarios, and no narrower than the crossed one.
 
     Wilson's is sound at 0 and 1, where no resample differs from another; the seeds of a learner,
@@ -286,7 +305,6 @@ def _rate(scores: Floats, draws: CrossedDraws, *, confidence: float) -> Estimate
     over = wilson(float(scores.mean()) * scenarios, scenarios, confidence=confidence)
     if len(scores) == 1:
         return over
-    crossed = crossed_estimate(scores, draws, confidence=confidence)
     return Estimate(over.mean, min(over.low, crossed.low), max(over.high, crossed.high))
 
 

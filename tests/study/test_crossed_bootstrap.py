@@ -12,6 +12,7 @@ from hazbot_gym.study.crossed_bootstrap import (
     Statistic,
     crossed_draws,
     crossed_estimate,
+    crossed_estimates,
     crossed_mean,
     each_once,
     plain_statistic,
@@ -131,6 +132,16 @@ def test_one_seed_is_the_bootstrap_over_scenarios(undefined: int) -> None:
     draws = draw(1, 40)
     known = bootstrap_mean(scores, draws.scenarios)
     assert crossed_estimate(scores, draws) == pytest.approx(known, rel=1e-12)
+
+
+def test_metrics_estimated_together_are_those_estimated_one_by_one() -> None:
+    scores = np.random.default_rng(8).normal(size=(5, 3, 12))
+    scores[1, 0, :4] = np.nan
+    scores[2] = np.nan
+    draws = draw(3, 12)
+    together = crossed_estimates(scores, draws, confidence=0.9)
+    alone = [crossed_estimate(metric, draws, confidence=0.9) for metric in scores]
+    np.testing.assert_allclose(together, alone, rtol=1e-12)
 
 
 def test_any_function_of_a_sample_can_be_estimated() -> None:
