@@ -22,7 +22,7 @@ from hazbot_gym.paper.chapter import Chapter
 from hazbot_gym.paper.lines import lines
 from hazbot_gym.paper.numbers import NEAR, NOT, REPRODUCED, entries
 from hazbot_gym.study import files, provenance
-from hazbot_gym.study.comparison import processes
+from hazbot_gym.study.workers import processes
 
 RECORD, PAGE, FIGURES = "paper.json", "paper.html", "figures"
 # In the paper's order.

@@ -8,15 +8,11 @@ from __future__ import annotations
 
 import hashlib
 import inspect
-import multiprocessing
 import os
-import signal
 import time
 from collections import Counter
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from concurrent.futures import as_completed
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -24,7 +20,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from hazbot_gym.errors import HazbotError
 from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.policies.learned import Learned
 from hazbot_gym.study import costs, entrants, files, provenance, records
@@ -33,6 +28,7 @@ from hazbot_gym.study.config import ScenarioSet, StudyConfig
 from hazbot_gym.study.entrants import Entrant, Job
 from hazbot_gym.study.rollout import Block, run_block, try_out
 from hazbot_gym.study.summary import Summary, summarise
+from hazbot_gym.study.workers import processes
 from hazbot_gym.study.yardstick import Stretch, run_stretch
 
 if TYPE_CHECKING:
@@ -238,24 +234,6 @@ def _run_in_processes(shards: list[Shard], workers: int) -> Iterator[tuple[Shard
         running = {pool.submit(rows_of, shard.block): shard for shard in shards}
         for future in as_completed(running):
             yield running[future], future.result()
-
-
-@contextmanager
-def processes(count: int) -> Iterator[ProcessPoolExecutor]:
-    """Give parallel processes; what is still waiting in the end is not begun."""
-    # Spawned processes start from nothing, the same way on every system; Ctrl-C ends them quietly.
-    pool = ProcessPoolExecutor(
-        count,
-        mp_context=multiprocessing.get_context("spawn"),
-        initializer=signal.signal,
-        initargs=(signal.SIGINT, signal.SIG_DFL),
-    )
-    try:
-        yield pool
-    except BrokenProcessPool as error:
-        raise HazbotError("a worker process was ended from outside; run again to go on") from error
-    finally:
-        pool.shutdown(cancel_futures=True)
 
 
 def progress_bar(console: Console) -> Progress:
