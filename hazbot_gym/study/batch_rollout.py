@@ -20,6 +20,7 @@ from hazbot_gym.envs.vector import CorridorVectorEnv, State
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.study.actions import levels_of
+from hazbot_gym.study.alone import walked_alone
 from hazbot_gym.study.episode import PERSON_COLUMNS, Episode, labels_of, stack_people
 from hazbot_gym.study.metrics import Row
 from hazbot_gym.task.reward import TERMS
@@ -89,7 +90,8 @@ def _run_round(
 ) -> Iterator[tuple[Episode, Row]]:
     """Run one episode in each world."""
     observations, start = worlds.reset(seed=seeds)
-    labels = [labels_of(worlds.source, key) for key in start["scenario_key"].tolist()]
+    keys = start["scenario_key"].tolist()
+    labels = [labels_of(worlds.source, key) for key in keys]
     log = _Log(worlds, limit)
     state, is_start = None, np.ones(worlds.num_envs, np.bool_)
     while log.live.any():
@@ -99,7 +101,7 @@ def _run_round(
         observations, *step = worlds.step(_playable(worlds, actions), mask=log.live)
         log.note(worlds.state(), *step)
         is_start = np.zeros(worlds.num_envs, np.bool_)
-    yield from zip(log.episodes(worlds.free_times_s()), labels, strict=True)
+    yield from zip(log.episodes(worlds, keys), labels, strict=True)
 
 
 def _playable(worlds: CorridorVectorEnv, actions: npt.NDArray[Any]) -> npt.NDArray[Any]:
@@ -156,21 +158,21 @@ class _Log:
         columns = np.stack([state.people[name][is_there] for name in PERSON_COLUMNS], axis=1)
         self._people.append((*np.nonzero(is_there), columns))
 
-    def episodes(self, free_times_s: Floats) -> Iterator[Episode]:
-        """Yield the record of every world's episode."""
+    def episodes(self, worlds: CorridorVectorEnv, keys: Sequence[int]) -> Iterator[Episode]:
+        """Yield the record of every world's episode, whose scenario is that of its key."""
         counts = [len(world) for world, _, _ in self._people]
         instants = np.repeat(np.arange(len(counts)), counts)
         world, persons, people = (np.concatenate(part) for part in zip(*self._people, strict=True))
         by_world = np.argsort(world, kind="stable")  # stays in the order of time within a world
         ends = np.searchsorted(world[by_world], np.arange(len(self.live) + 1))
-        for i, free_s in enumerate(free_times_s):
+        for i, (key, free_s) in enumerate(zip(keys, worlds.free_times_s(), strict=True)):
             mine = by_world[ends[i] : ends[i + 1]]
-            present = stack_people(
-                instants[mine], persons[mine], people[mine], int(self._steps[i]) + 1
-            )
-            yield self._episode(i, present, float(free_s))
+            count = int(self._steps[i]) + 1
+            who, present = stack_people(instants[mine], persons[mine], people[mine], count)
+            alone = walked_alone(worlds.config, worlds.source, key, who, count)
+            yield self._episode(i, present, alone, float(free_s))
 
-    def _episode(self, i: int, people: Floats, free_s: float) -> Episode:
+    def _episode(self, i: int, people: Floats, alone: Floats, free_s: float) -> Episode:
         steps = int(self._steps[i])
         robot, done = self._robots[: steps + 1, i], slice(steps)
         return Episode(
@@ -180,6 +182,7 @@ class _Log:
             command_mps=robot[:, 4],
             pose_error=robot[:, 5:8],
             people=people,
+            people_alone=alone,
             rewards=self._rewards[done, i],
             reward_terms={name: values[done, i] for name, values in self._terms.items()},
             costs=self._costs[done, i],

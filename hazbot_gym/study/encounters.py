@@ -17,7 +17,6 @@ from hazbot_gym.study.episode import RADIUS, VX, VY, Episode, X, Y
 CRITICAL_TTC_S = 1.5  # Hyden 1987
 COMFORTABLE_MPS2 = 1.0  # the drive's own deceleration
 WALKING_MPS = 0.1  # whose median speed is no more does not go anywhere
-NEAR_M, FAR_M = SOCIAL_M, 2 * SOCIAL_M  # where accelerations of people are compared
 COMPLIANCE_M = (0.45, 0.5, 1.0, 1.2)  # SocNavGym, Francis et al. 2023, Habitat, Hall
 
 Row = dict[str, float | int | str]
@@ -54,7 +53,6 @@ def encounters(episode: Episode, c: Floats) -> Row:
     ``drac_max_mps2``: ``max u_i^2 / (2 c_i)`` with closing speed u_i >= 0, while clear.
     ``drac_share``: share of instants with more than the drive brakes by.
     ``post_encroachment_s``: see ``post_encroachment_s``.
-    ``people_hurried_mps2``: mean |acceleration| of people within 3.6 m less that beyond 7.2 m.
     """
     if episode.people.shape[1] == 0:
         return {
@@ -63,7 +61,6 @@ def encounters(episode: Episode, c: Floats) -> Row:
             "drac_max_mps2": 0.0,
             "drac_share": 0.0,
             "post_encroachment_s": np.inf,
-            "people_hurried_mps2": np.nan,
         }
     dt, ttc = np.diff(episode.time_s), times_to_collision(episode)
     drac = _required_deceleration(episode, c)
@@ -73,7 +70,6 @@ def encounters(episode: Episode, c: Floats) -> Row:
         "drac_max_mps2": float(drac.max()),
         "drac_share": float((drac[1:].max(axis=1) > COMFORTABLE_MPS2).mean()),
         "post_encroachment_s": post_encroachment_s(episode),
-        "people_hurried_mps2": _hurried(episode, c, dt),
     }
 
 
@@ -123,12 +119,3 @@ def _required_deceleration(episode: Episode, c: Floats) -> Floats:
         closing = np.maximum(-(px * wx + py * wy) / np.hypot(px, py), 0.0)
         required = closing**2 / (2.0 * c)
     return np.where(np.isfinite(required) & (c > 0.0), required, 0.0)
-
-
-def _hurried(episode: Episode, c: Floats, dt: Floats) -> float:
-    """Return how much harder people accelerate near the robot than far from it [m/s^2]."""
-    velocity = episode.people[..., (VX, VY)]
-    a = np.hypot(*np.moveaxis(np.diff(velocity, axis=0) / dt[:, None, None], -1, 0))
-    known, between = np.isfinite(a), c[1:]
-    near, far = a[known & (between < NEAR_M)], a[known & (between > FAR_M)]
-    return float(near.mean() - far.mean()) if near.size and far.size else np.nan

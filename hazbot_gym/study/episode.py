@@ -26,6 +26,8 @@ class Episode(NamedTuple):
         pose_error: (T + 1, 3) x_e [m], y_e [m], theta_e [rad], actual minus reference, robot frame.
         people: (T + 1, K, 5) x, y [m], vx, vy [m/s] and radius [m] of everybody, a column for each
             person; NaN where it is not present.
+        people_alone: (T + 1, K, 2) where the same people would be at the same instants if there
+            were no robot [m]; NaN where they would not be there, or that cannot be told.
         rewards: (T,) reward of each decision.
         reward_terms: unweighted terms of the reward, (T,) each.
         costs: (T,) safety cost of each decision.
@@ -43,6 +45,7 @@ class Episode(NamedTuple):
     command_mps: Floats
     pose_error: Floats
     people: Floats
+    people_alone: Floats
     rewards: Floats
     reward_terms: dict[str, Floats]
     costs: Floats
@@ -64,8 +67,8 @@ def labels_of(source: Source, key: int) -> dict[str, str]:
     }
 
 
-def stack_people(instants: Ints, persons: Ints, people: Floats, count: int) -> Floats:
-    """Return who was present at each instant as ``Episode.people`` (count, K, 5).
+def stack_people(instants: Ints, persons: Ints, people: Floats, count: int) -> tuple[Ints, Floats]:
+    """Return who was ever present, (K,) numbers, and ``Episode.people`` (count, K, 5).
 
     Args:
         instants: (M,) instant of each row.
@@ -76,4 +79,4 @@ def stack_people(instants: Ints, persons: Ints, people: Floats, count: int) -> F
     seen, columns = np.unique(persons, return_inverse=True)  # who never comes has no column
     stacked = np.full((count, len(seen), len(PERSON_COLUMNS)), np.nan)
     stacked[instants, columns] = people
-    return stacked
+    return seen, stacked

@@ -14,6 +14,7 @@ import numpy as np
 from hazbot_gym.core.proxemics import PERSONAL_M, SOCIAL_M
 from hazbot_gym.core.ssm import SsmThresholds, protective_distance
 from hazbot_gym.core.state import ROBOT_MASS_KG, Floats
+from hazbot_gym.study.burden import burden
 from hazbot_gym.study.encounters import Row, encounters, proxemics, times_to_collision
 from hazbot_gym.study.episode import RADIUS, Episode, X, Y
 from hazbot_gym.task.outcome import MOVING_MPS
@@ -36,6 +37,7 @@ def measure(episode: Episode, ssm: SsmThresholds) -> Row:
         **_nearness(episode, d, c),
         **proxemics(d),
         **encounters(episode, c),
+        **burden(episode, c),
         **_separation(episode, c, ssm),
         **_smoothness(episode),
         **_energy(episode),

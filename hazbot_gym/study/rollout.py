@@ -19,6 +19,7 @@ from hazbot_gym.policies.base import Policy
 from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.study import batch_rollout
 from hazbot_gym.study.actions import playable
+from hazbot_gym.study.alone import walked_alone
 from hazbot_gym.study.config import Engine, ScenarioSet
 from hazbot_gym.study.episode import PERSON_COLUMNS, Episode, labels_of, stack_people
 from hazbot_gym.study.metrics import Row, SsmThresholds, measure
@@ -150,7 +151,7 @@ def run_episode(env: gymnasium.Env[Any, Any], policy: Policy, seed: int) -> tupl
         episode_start = np.array([False])
         done = terminated or truncated
     labels = labels_of(env.unwrapped.source, start["scenario_key"])  # type: ignore[attr-defined]
-    return _record(env, snapshots, steps, time_free_s=start["time_free_s"]), labels
+    return _record(env, snapshots, steps, start), labels
 
 
 def make_env(scenarios: ScenarioSet) -> gymnasium.Env[Any, Any]:
@@ -206,13 +207,14 @@ def _record(
     env: gymnasium.Env[Any, Any],
     snapshots: list[Any],
     steps: list[tuple[float, dict[str, Any]]],
-    *,
-    time_free_s: float,
+    start: dict[str, Any],
 ) -> Episode:
-    """Turn what was seen at each instant into arrays."""
+    """Turn what was seen at each instant into arrays; ``start`` is what the reset told."""
     config = env.unwrapped.config  # type: ignore[attr-defined]
     last = steps[-1][1]
     infos = [info for _, info in steps]
+    who, people = _people([s.people for s in snapshots], [s.persons for s in snapshots])
+    source, key = env.unwrapped.source, start["scenario_key"]  # type: ignore[attr-defined]
 
     def column(*fields: str) -> Floats:
         return np.array([[getattr(s, field) for field in fields] for s in snapshots], dtype=float)
@@ -223,7 +225,8 @@ def _record(
         speed_mps=column("speed_mps")[:, 0],
         command_mps=column("command_mps")[:, 0],
         pose_error=column("x_e", "y_e", "theta_e"),
-        people=_people([s.people for s in snapshots], [s.persons for s in snapshots]),
+        people=people,
+        people_alone=walked_alone(config, source, key, who, len(snapshots)),
         rewards=np.array([reward for reward, _ in steps]),
         reward_terms={
             name: np.array([info["reward_terms"][name] for info in infos])
@@ -234,7 +237,7 @@ def _record(
         outcome=last.get("outcome", "timeout"),
         contact_caused_by=last.get("contact_caused_by", ""),
         contact_speed_mps=float(last.get("contact_speed_mps", np.nan)),
-        time_free_s=float(time_free_s),
+        time_free_s=float(start["time_free_s"]),
         horizon_s=_max_episode_steps(env) * config.clock.decision_s,
         robot_radius_m=ROBOT_RADIUS_M,
     )
@@ -246,8 +249,8 @@ def _max_episode_steps(env: gymnasium.Env[Any, Any]) -> int:
     return int(limit or env.unwrapped.config.max_episode_steps)  # type: ignore[attr-defined]
 
 
-def _people(present: list[Records], persons: list[Ints]) -> Floats:
-    """Stack the people of all instants, (T + 1, K, 5), with NaN where somebody is not present."""
+def _people(present: list[Records], persons: list[Ints]) -> tuple[Ints, Floats]:
+    """Return who was ever present, and all of them at all instants; see ``stack_people``."""
     counts = [len(people) for people in present]
     # Joined as bytes: numpy takes far longer to join records, field by field.
     together = np.frombuffer(b"".join(people.tobytes() for people in present), present[0].dtype)

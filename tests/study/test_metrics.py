@@ -28,6 +28,7 @@ def episode(**changes: object) -> Episode:
         command_mps=np.full(5, 0.5),
         pose_error=np.zeros((5, 3)),
         people=np.tile(person, (5, 1, 1)),
+        people_alone=np.full((5, 1, 2), np.nan),
         rewards=np.array([1.0, 2.0, 3.0, -1.0]),
         reward_terms={"progress": np.array([1.0, 1.0, 0.5, 0.0])},
         costs=np.array([0.0, 0.1, 0.2, 0.0]),
@@ -38,7 +39,8 @@ def episode(**changes: object) -> Episode:
         horizon_s=2.0,
         robot_radius_m=R,
     )
-    return plain._replace(**changes)
+    changed: Episode = plain._replace(**changes)
+    return changed._replace(people_alone=np.full((*changed.people.shape[:2], 2), np.nan))
 
 
 def test_clearance_is_centre_distance_less_both_radii() -> None:

@@ -142,13 +142,14 @@ def test_people_are_stacked_with_gaps_where_they_are_absent() -> None:
     def numbers(*persons: int) -> Any:
         return np.array(persons, np.int64)
 
-    stacked = _people(
+    who, stacked = _people(
         [someone(), someone(1.0, 2.0), someone(3.0)], [numbers(), numbers(4, 7), numbers(7)]
     )
+    assert who.tolist() == [4, 7]
     np.testing.assert_array_equal(stacked[..., X], [[np.nan, np.nan], [1.0, 2.0], [np.nan, 3.0]])
     assert np.nanmax(stacked[..., VX]) == 1.5
     assert np.isnan(stacked[0, :, RADIUS]).all()
-    assert _people([someone(), someone()], [numbers(), numbers()]).shape == (2, 0, 5)
+    assert _people([someone(), someone()], [numbers(), numbers()])[1].shape == (2, 0, 5)
 
 
 @pytest.mark.parametrize("env_id", ["CartPole-v1", "hazbot_gym/Nowhere-v0", "nowhere:Env-v0", "x"])
