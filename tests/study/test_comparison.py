@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.study import comparison, entrants, provenance, records
+from hazbot_gym.study import entrants, provenance, records, workers
 from hazbot_gym.study.comparison import Shard, plan, run_study
 from hazbot_gym.study.config import StudyConfig, load_study
 
@@ -46,7 +46,7 @@ class InlinePool:
 
 @pytest.fixture
 def inline(monkeypatch: pytest.MonkeyPatch) -> type[InlinePool]:
-    monkeypatch.setattr(comparison, "ProcessPoolExecutor", InlinePool)
+    monkeypatch.setattr(workers, "ProcessPoolExecutor", InlinePool)
     monkeypatch.setattr(InlinePool, "blocks", [])
     return InlinePool
 
@@ -117,9 +117,9 @@ def test_a_single_shard_runs_in_this_process_on_threads(
     inline: type[InlinePool], tmp_path: Path
 ) -> None:
     study = load_study(policies=["constant:1.0"], sets=["E*"], episodes=40, resamples=100)
-    for workers in (1, 2):
-        run_study(study, tmp_path / str(workers), workers=workers)
-    one, two = (contents(tmp_path / str(workers)) for workers in (1, 2))
+    for count in (1, 2):
+        run_study(study, tmp_path / str(count), workers=count)
+    one, two = (contents(tmp_path / str(count)) for count in (1, 2))
     assert {name for name in one if one[name] != two[name]} <= {records.MANIFEST, records.COSTS}
     assert inline.blocks == []
 
