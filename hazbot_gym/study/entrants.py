@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from hazbot_gym.config import merge, read_yaml
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.search_spaces import SPACES
 from hazbot_gym.study import run_folder
@@ -112,8 +113,12 @@ def located(manifest: Mapping[str, Any], out: Path) -> dict[str, str]:
 
 
 def training_of(learner: Learner, k: int) -> TrainConfig:
-    """Return the training run of a learner's k-th seed."""
-    plan = load_training(learner.config, **{**learner.changes, "steps": learner.steps})
+    """Return the training run of a learner's k-th seed.
+
+    Changes go into sections: ``overrides: {reward: {burden: 0}}`` leaves other overrides be.
+    """
+    values = merge(read_yaml(learner.config, "config"), learner.changes)
+    plan = load_training(**values | ({"steps": learner.steps} if learner.steps else {}))
     return plan.model_copy(update={"seed": plan.seed + k})
 
 

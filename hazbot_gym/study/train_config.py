@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal
 from annotated_types import Ge, Gt, Le, MinLen
 from pydantic import Field, ValidationError, ValidationInfo, field_validator
 
-from hazbot_gym.config import Config, Section, first_error, make_config, merge, read_yaml
+from hazbot_gym.config import Config, Section, first_error, make_config, read_yaml
 from hazbot_gym.envs.registration import NAMESPACE
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import rollout
@@ -134,13 +134,11 @@ def _environment(env: str, overrides: dict[str, Any]) -> Config:
 def load_training(path: Path | None = None, **changes: Any) -> TrainConfig:
     """Return the default run with a file's deltas and then the given changes applied.
 
-    Changes go into sections: ``overrides={"reward": {"burden": 0}}`` leaves other overrides be.
-
     Raises:
         InvalidInput: The file cannot be read or a value is not allowed; one line.
     """
     values = read_yaml(path, "config") if path else {}
-    values = merge(values, {name: each for name, each in changes.items() if each is not None})
+    values |= {name: value for name, value in changes.items() if value is not None}
     try:
         return TrainConfig.model_validate(values)
     except ValidationError as error:

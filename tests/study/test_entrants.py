@@ -18,7 +18,7 @@ import yaml
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import comparison, entrants, provenance, records, report, tuning
 from hazbot_gym.study.comparison import run_study
-from hazbot_gym.study.config import StudyConfig, load_study
+from hazbot_gym.study.config import Learner, StudyConfig, load_study
 from hazbot_gym.study.files import write_text
 
 KILLS = 5
@@ -208,3 +208,13 @@ def test_names_must_differ(study: StudyConfig) -> None:
     learner = {"name": "constant, tuned", "config": str(study.learners[0].config)}
     with pytest.raises(InvalidInput, match="twice"):
         load_study(**{**STUDY, "learners": [learner]})
+
+
+def test_changes_of_a_learner_go_into_the_sections_of_its_file(tmp_path: Path) -> None:
+    path = tmp_path / "run.yaml"
+    path.write_text("overrides: {reward: {burden: 0.0}, tier: sonar}\nsteps: 7")
+    changes = {"overrides": {"reward": {"intrusion": -1.0}}}
+    kept, cut = (Learner(name="x", config=path, changes=changes, steps=n) for n in (None, 5))
+    run = entrants.training_of(kept, 2)
+    assert run.overrides == {"reward": {"burden": 0.0, "intrusion": -1.0}, "tier": "sonar"}
+    assert (run.steps, run.seed, entrants.training_of(cut, 0).steps) == (7, 2, 5)

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.study.train_config import Residual, TrainConfig, load_training, shares
+from hazbot_gym.study.train_config import TrainConfig, load_training, shares
 
 
 def test_a_file_holds_deltas_and_changes_go_before_it(tmp_path: Path) -> None:
@@ -30,14 +30,6 @@ def test_equal_values_are_the_same_run_and_every_change_makes_another() -> None:
     identities = [load_training(**change).identity() for change in changes]
     assert len({load_training().identity(), *identities}) == len(changes) + 1
     assert load_training(seed=0).identity() == load_training().identity()
-
-
-def test_changes_go_into_the_sections_of_a_file(tmp_path: Path) -> None:
-    path = tmp_path / "run.yaml"
-    path.write_text("overrides: {reward: {burden: 0.0}, tier: sonar}\nresidual: {scale: 0.25}")
-    run = load_training(path, overrides={"reward": {"intrusion": -1.0}}, residual={"base": "ttc"})
-    assert run.overrides == {"reward": {"burden": 0.0, "intrusion": -1.0}, "tier": "sonar"}
-    assert run.residual == Residual(base="ttc", scale=0.25)
 
 
 def test_worlds_are_shared_out_evenly() -> None:
