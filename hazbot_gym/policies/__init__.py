@@ -12,8 +12,8 @@
 - ``social_force``: speed by the total social force
 - ``fuzzy_expert``: the paper's fuzzy strategy, the reference; ``fuzzy_readings``: the paper read
   otherwise; ``fuzzy_system``: the same in scikit-fuzzy; ``person_columns``: what kernels read
-- ``learned``: trained ones, from files; ``actor`` computes them, ``actor_file`` keeps them,
-  ``residual`` puts them on top of a rule
+- ``learned``: trained ones, from files; ``actor`` computes them of ``layer`` and ``lstm``,
+  ``actor_file`` keeps them, ``residual`` puts them on top of a rule
 - ``knobs``: the one knob of each family, and sweeps over it; ``search_spaces``: what may be tuned
 """
 

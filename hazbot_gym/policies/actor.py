@@ -1,8 +1,9 @@
-"""A trained actor as plain arrays: normalise, hidden layers, head. no torch.
+"""A trained actor as plain arrays: normalise, remember, hidden layers, head. No torch.
 
 What Stable-Baselines3 does with its networks when it acts deterministically, written out:
 
     x = clip((observation - mean) / sqrt(variance + epsilon), -clip, clip)     (VecNormalize)
+    x = h of an LSTM                              recurrent PPO (``lstm``)
     h = act(x W + b), layer by layer; y = h W + b
     clipped   action = clip(y, -1, 1)             PPO: the mean of its Gaussian
     squashed  action = tanh(y)                    SAC: the mean, squashed; TD3: its output
@@ -17,9 +18,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from hazbot_gym.core.jit import lean_kernel
-
-Floats32 = npt.NDArray[np.float32]
+from hazbot_gym.policies.layer import Floats32, Layer
+from hazbot_gym.policies.lstm import Lstm, Memory
 
 
 def _relu(x: Floats32) -> Floats32:
@@ -47,44 +47,6 @@ HEADS: dict[str, Callable[[Floats32], Floats32]] = {
 }
 
 
-class Layer(NamedTuple):
-    """One linear map, y = x W + b."""
-
-    weight: Floats32  # (inputs, outputs)
-    bias: Floats32  # (outputs,)
-
-    def apply(self, x: Floats32) -> Floats32:
-        """Return y for inputs (..., inputs): shape (..., outputs)."""
-        rows = np.ascontiguousarray(x.reshape(-1, x.shape[-1]), np.float32)
-        out = np.empty((len(rows), self.bias.size), np.float32)
-        _map_rows(rows, np.ascontiguousarray(self.weight), np.ascontiguousarray(self.bias), out)
-        return out.reshape(*x.shape[:-1], self.bias.size)
-
-
-@lean_kernel
-def _map_rows(rows: Floats32, weight: Floats32, bias: Floats32, out: Floats32) -> None:
-    """Write x W + b for every row.
-
-    Not by numpy's matrix product: its sums depend, in the last digit, on how many rows there are,
-    and an episode would not be the same alone as among others. Four inputs at a time, so that a sum
-    is loaded and stored once for four products; inner loops compile to vector instructions.
-    """
-    fours = rows.shape[1] // 4 * 4
-    for i in range(rows.shape[0]):
-        x, y = rows[i], out[i]
-        for k in range(y.shape[0]):
-            y[k] = bias[k]
-        for j in range(0, fours, 4):
-            a, b, c, d = x[j], x[j + 1], x[j + 2], x[j + 3]
-            wa, wb, wc, wd = weight[j], weight[j + 1], weight[j + 2], weight[j + 3]
-            for k in range(y.shape[0]):
-                y[k] = y[k] + a * wa[k] + b * wb[k] + c * wc[k] + d * wd[k]
-        for j in range(fours, rows.shape[1]):
-            a, wa = x[j], weight[j]
-            for k in range(y.shape[0]):
-                y[k] += a * wa[k]
-
-
 class Normalisation(NamedTuple):
     """What VecNormalize has learned of the observations."""
 
@@ -101,19 +63,37 @@ class Actor(NamedTuple):
     activation: str  # a name of ACTIVATIONS
     head: str  # a name of HEADS
     normalisation: Normalisation | None = None
+    lstm: Lstm | None = None
 
     @property
     def width(self) -> int:
         """Number of entries of the observations."""
-        return self.layers[0].weight.shape[0]
+        return self.lstm.width if self.lstm else self.layers[0].weight.shape[0]
 
-    def act(self, observation: npt.ArrayLike) -> Floats32:
-        """Return the actions in [-1, 1] for observations (..., width): shape (..., 1)."""
+    def act(
+        self,
+        observation: npt.ArrayLike,
+        memory: Memory | None = None,
+        starts: npt.NDArray[np.bool_] | None = None,
+    ) -> tuple[Floats32, Memory | None]:
+        """Return the actions in [-1, 1] for observations (..., width), and what is remembered.
+
+        Args:
+            observation: What is seen.
+            memory: What was remembered before; None at the beginning, and where there is no LSTM.
+            starts: (...) whose episode has just begun, with nothing to be remembered.
+
+        Returns:
+            Actions (..., 1), and the memory for the next decision.
+        """
         x = np.asarray(observation, np.float32)
         if self.normalisation is not None:
             mean, variance, clip, epsilon = self.normalisation
             x = np.clip((x - mean) / np.sqrt(variance + np.float32(epsilon)), -clip, clip)
+        if self.lstm is not None:
+            memory = self.lstm.remember(x, memory, starts)
+            x = memory.hidden
         activate = ACTIVATIONS[self.activation]
         for layer in self.layers[:-1]:
             x = activate(layer.apply(x))
-        return HEADS[self.head](self.layers[-1].apply(x))
+        return HEADS[self.head](self.layers[-1].apply(x)), memory

@@ -20,7 +20,9 @@ import numpy as np
 import numpy.typing as npt
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.policies.actor import ACTIVATIONS, HEADS, Actor, Layer, Normalisation
+from hazbot_gym.policies.actor import ACTIVATIONS, HEADS, Actor, Normalisation
+from hazbot_gym.policies.layer import Layer
+from hazbot_gym.policies.lstm import Lstm
 from hazbot_gym.task.observation import LAYOUTS, Layout
 
 FORMAT = 1
@@ -88,6 +90,8 @@ def write(trained: Trained, file: BinaryIO) -> None:
     arrays: dict[str, npt.NDArray[Any]] = {}
     for i, layer in enumerate(actor.layers):
         arrays[f"weight{i}"], arrays[f"bias{i}"] = layer
+    if actor.lstm is not None:
+        arrays["gate_weight"], arrays["gate_bias"] = actor.lstm.gates
     if actor.normalisation is not None:
         arrays["mean"], arrays["variance"], clip, epsilon = actor.normalisation
         arrays["clip_epsilon"] = np.array([clip, epsilon])
@@ -152,11 +156,10 @@ def _field(field: Mapping[str, Any]) -> str:
 def _actor(arrays: Mapping[str, npt.NDArray[Any]], about: Mapping[str, Any]) -> Actor:
     """Put the arrays together; a ValueError or KeyError says that they do not fit."""
     count = sum(name.startswith("weight") for name in arrays)
-    layers = tuple(
-        Layer(arrays[f"weight{i}"].astype(np.float32), arrays[f"bias{i}"].astype(np.float32))
-        for i in range(count)
-    )
-    sizes = [LAYOUTS[about["tier"]].width, *(layer.bias.size for layer in layers)]
+    layers = tuple(_layer(arrays, f"weight{i}", f"bias{i}") for i in range(count))
+    width = LAYOUTS[about["tier"]].width
+    lstm = _lstm(arrays, width)
+    sizes = [lstm.size if lstm else width, *(layer.bias.size for layer in layers)]
     shapes = [layer.weight.shape for layer in layers]
     fits = count > 0 and shapes == list(pairwise(sizes))
     has_head = about["action"] in HEADS and (sizes[-1] == 1) == (about["action"] != "levels")
@@ -164,7 +167,21 @@ def _actor(arrays: Mapping[str, npt.NDArray[Any]], about: Mapping[str, Any]) -> 
     has_form = has_head and about["activation"] in ACTIVATIONS and _is_residual(about)
     if not (fits and is_finite and has_form):
         raise ValueError("the arrays do not make an actor")
-    return Actor(layers, about["activation"], about["action"], _normalisation(arrays, sizes[0]))
+    statistics = _normalisation(arrays, width)
+    return Actor(layers, about["activation"], about["action"], statistics, lstm)
+
+
+def _layer(arrays: Mapping[str, npt.NDArray[Any]], weight: str, bias: str) -> Layer:
+    return Layer(arrays[weight].astype(np.float32), arrays[bias].astype(np.float32))
+
+
+def _lstm(arrays: Mapping[str, npt.NDArray[Any]], width: int) -> Lstm | None:
+    if "gate_weight" not in arrays:
+        return None
+    lstm = Lstm(_layer(arrays, "gate_weight", "gate_bias"))
+    if lstm.gates.weight.shape != (width + lstm.size, 4 * lstm.size):
+        raise ValueError("the LSTM does not fit the observations")
+    return lstm
 
 
 def _is_residual(about: Mapping[str, Any]) -> bool:
@@ -198,7 +215,9 @@ seeds, the best on validation.
 def card(trained: Trained, name: str) -> str:
     """Return the model card of a trained actor, as Markdown."""
     actor, about = trained
-    sizes = " -> ".join(str(n) for n in (actor.width, *(layer.bias.size for layer in actor.layers)))
+    memory = (f"LSTM of {actor.lstm.size}",) if actor.lstm else ()
+    units = (actor.width, *memory, *(layer.bias.size for layer in actor.layers))
+    sizes = " -> ".join(str(each) for each in units)
     training = {name: each for name, each in about["training"].items() if name != "environments"}
     residual = about.get("residual")
     line = "- **Corrects** `{base}`, by {scale:g} at most.\n"

@@ -11,8 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from hazbot_gym.errors import InvalidInput, MissingExtra
-from hazbot_gym.policies.actor import Actor, Layer, Normalisation
+from hazbot_gym.policies.actor import Actor, Normalisation
 from hazbot_gym.policies.base import Actions, Observations, Policy
+from hazbot_gym.policies.layer import Layer
+from hazbot_gym.policies.lstm import Lstm
 
 # Where SB3 keeps a policy class, and which algorithm can load a zip with it.
 _LOADERS = {
@@ -30,7 +32,7 @@ def actor_of(model: Any, normalize: Any = None) -> Actor:
 
     Args:
         model: PPO, A2C, SAC, TD3, TQC or DQN of Stable-Baselines3, or what is built on them here,
-            with its ``MlpPolicy``.
+            with its ``MlpPolicy``; or recurrent PPO with ``MlpLstmPolicy``.
         normalize: The ``VecNormalize`` that it was trained behind; None where it saw observations
             as they are.
 
@@ -38,24 +40,54 @@ def actor_of(model: Any, normalize: Any = None) -> Actor:
         InvalidInput: There is no plain form of this model.
     """
     policy, kinds = model.policy, {kind.__name__ for kind in type(model).__mro__}
-    if kinds & {"PPO", "A2C", "DAgger"}:
+    lstm = None
+    if kinds & {"PPO", "A2C", "DAgger", "RecurrentPPO"}:
         is_discrete = hasattr(model.action_space, "n")
-        head = "levels" if is_discrete else "clipped"
+        head, extractor = "levels" if is_discrete else "clipped", policy.pi_features_extractor
         modules = [*policy.mlp_extractor.policy_net, policy.action_net]
+        lstm = _lstm(policy.lstm_actor) if "RecurrentPPO" in kinds else None
     elif kinds & {"SAC", "TQC"}:
-        head, modules = "squashed", [*policy.actor.latent_pi, policy.actor.mu]
+        head, extractor = "squashed", policy.actor.features_extractor
+        modules = [*policy.actor.latent_pi, policy.actor.mu]
     elif "TD3" in kinds:
-        head, modules = "squashed", list(policy.actor.mu)[:-1]  # its last module is the head's tanh
+        head, extractor = "squashed", policy.actor.features_extractor
+        modules = list(policy.actor.mu)[:-1]  # its last module is the head's tanh
     elif "DQN" in kinds:
-        head, modules = "levels", list(policy.q_net.q_net)
+        head, extractor = "levels", policy.q_net.features_extractor
+        modules = list(policy.q_net.q_net)
     else:
         raise InvalidInput(
             f"export: {type(model).__name__} has no plain form; allowed are PPO, A2C, SAC, TD3, "
-            "TQC and DQN"
+            "TQC, DQN and RecurrentPPO"
         )
     layers, activation = _chain(modules)
     has_statistics = normalize is not None and normalize.norm_obs
-    return Actor(layers, activation, head, _normalisation(normalize) if has_statistics else None)
+    statistics = _normalisation(normalize) if has_statistics else None
+    return _blinkered(Actor(layers, activation, head, statistics, lstm), extractor)
+
+
+def _blinkered(actor: Actor, extractor: Any) -> Actor:
+    """Return an actor with the weights of all that a model's ``Blinkers`` hide from it at 0."""
+    kind = type(extractor).__name__
+    if kind not in ("FlattenExtractor", "Blinkers"):
+        raise InvalidInput(f"export: given features of {kind}, allowed is what is observed itself")
+    if kind == "FlattenExtractor":
+        return actor
+    first = actor.lstm.gates if actor.lstm else actor.layers[0]
+    seen = np.ones((len(first.weight), 1), np.float32)
+    seen[: actor.width, 0] = extractor.seen.cpu().numpy()[: actor.width]
+    blind = Layer(first.weight * seen, first.bias)
+    if actor.lstm:
+        return actor._replace(lstm=Lstm(blind))
+    return actor._replace(layers=(blind, *actor.layers[1:]))
+
+
+def _lstm(module: Any) -> Lstm:
+    """Return torch's LSTM; its two biases are only ever added."""
+    if module.num_layers != 1:
+        raise InvalidInput(f"export: given an LSTM of {module.num_layers} layers, allowed is 1")
+    inputs, hidden, *biases = (weights.detach().cpu().numpy() for weights in module.parameters())
+    return Lstm(Layer(np.ascontiguousarray(np.hstack([inputs, hidden]).T), sum(biases)))
 
 
 def _chain(modules: list[Any]) -> tuple[tuple[Layer, ...], str]:

@@ -38,7 +38,9 @@ class TrainedActor:
         episode_start: npt.NDArray[np.bool_] | None = None,
         deterministic: bool = True,
     ) -> tuple[Actions, Any]:
-        """Return the most likely action, and the state as it was given; see ``Policy.predict``.
+        """Return the most likely action, and what an LSTM remembers; see ``Policy.predict``.
+
+        Without an LSTM the state comes back as it was given.
 
         Raises:
             InvalidInput: The observation is of another tier, or an action is to be drawn.
@@ -51,7 +53,7 @@ class TrainedActor:
                 f"tier: given observations of {width} entries, this policy was trained on tier "
                 f"{self.about['tier']} with {self.actor.width}"
             )
-        return self.actor.act(observation), state
+        return self.actor.act(observation, state, episode_start)
 
 
 class _FromFile:

@@ -48,7 +48,7 @@ def on_its_base(network: Policy, residual: Mapping[str, Any] | None) -> Policy:
 
 
 class Residual:
-    """A base and a network as one policy; the inner state is the base's."""
+    """A base and a network as one policy; the inner state is that of the one and of the other."""
 
     def __init__(self, base: Policy, network: Policy, scale: float) -> None:
         self.base, self.network, self.scale = base, network, scale
@@ -60,7 +60,8 @@ class Residual:
         episode_start: npt.NDArray[np.bool_] | None = None,
         deterministic: bool = True,
     ) -> tuple[Actions, Any]:
-        """Return the corrected action and the base's next state; see ``Policy.predict``."""
-        correction, _ = self.network.predict(observation, None, episode_start, deterministic)
-        action, state = self.base.predict(observation, state, episode_start, deterministic)
-        return corrected(action, correction, self.scale), state
+        """Return the corrected action and the next states of both; see ``Policy.predict``."""
+        rule, memory = (None, None) if state is None else state
+        action, rule = self.base.predict(observation, rule, episode_start, deterministic)
+        correction, memory = self.network.predict(observation, memory, episode_start, deterministic)
+        return corrected(action, correction, self.scale), (rule, memory)

@@ -18,12 +18,14 @@ from stable_baselines3.common.noise import NormalActionNoise
 from stable_baselines3.common.utils import LinearSchedule
 
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.study.blinkers import Blinkers, hidden_entries
 from hazbot_gym.study.dagger import BC, DAgger
 from hazbot_gym.study.imitation import teacher_of
 from hazbot_gym.study.lagrangian import PPOLagrangian
 from hazbot_gym.study.timed_critic import TimedCriticPolicy
 from hazbot_gym.study.train_config import PUPILS, TrainConfig
 from hazbot_gym.study.training_envs import TrainingEnvs
+from hazbot_gym.task.observation import LAYOUTS
 
 ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
     "ppo": stable_baselines3.PPO,
@@ -44,7 +46,7 @@ def make_model(config: TrainConfig, envs: TrainingEnvs) -> BaseAlgorithm:
     Raises:
         InvalidInput: The algorithm does not take these options or environments.
     """
-    network = dict(config.network)
+    network = _blinkers(config) | config.network
     activation = network.pop("activation", "tanh")
     if activation not in ACTIVATIONS:
         raise InvalidInput(
@@ -68,6 +70,17 @@ def make_model(config: TrainConfig, envs: TrainingEnvs) -> BaseAlgorithm:
     if config.residual:
         _silence(model)
     return model
+
+
+def _blinkers(config: TrainConfig) -> dict[str, Any]:
+    """Return what of the options of a policy hides fields from it."""
+    if not config.hidden:
+        return {}
+    hidden = hidden_entries(config.hidden, LAYOUTS[config.environments()[0].tier])
+    return {
+        "features_extractor_class": Blinkers,
+        "features_extractor_kwargs": {"hidden": hidden},
+    }
 
 
 def _policy_of(config: TrainConfig) -> Any:

@@ -84,7 +84,10 @@ def entrants(study: StudyConfig, out: Path) -> list[Entrant]:
     """Return all who take part; every job must be done."""
     tuned = [_read(out / TUNED / f"{family}.json")["best"]["policy"] for family in study.tuned]
     trained = [
-        tuple(_FILE + str(_policy_in(folder_of(learner, k, out))) for k in range(learner.seeds))
+        tuple(
+            _FILE + str(folder_of(learner, k, out) / run_folder.POLICY)
+            for k in range(learner.seeds)
+        )
         for learner in study.learners
     ]
     specs = [*((policy,) for policy in (*study.policies, *tuned)), *trained]
@@ -163,10 +166,6 @@ def _train(config: TrainConfig, folder: Path) -> None:
     from hazbot_gym.study import training  # torch is not needed by those who only tune
 
     training.train(config, folder, resume=True)
-
-
-def _policy_in(folder: Path) -> Path:
-    return next(path for path in sorted(folder.glob("policy.*")) if path.suffix != ".md")
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -6,6 +6,7 @@ algorithm of Stable-Baselines3 as they are, ``network`` to its policy, with the 
 
 from __future__ import annotations
 
+import fnmatch
 import hashlib
 import json
 from pathlib import Path
@@ -19,6 +20,7 @@ from hazbot_gym.envs.registration import NAMESPACE
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import rollout
 from hazbot_gym.study.config import Engine, ScenarioSet
+from hazbot_gym.task.observation import LAYOUTS
 
 Algorithm = Literal["ppo", "sac", "td3", "tqc", "dqn", "recurrent_ppo", "bc", "dagger"]
 PUPILS = ("bc", "dagger")  # that learn from a teacher alone, never from rewards
@@ -72,9 +74,12 @@ class TrainConfig(Section):
     seed: Annotated[int, Ge(0), Le(2**32 - 1)] = 0
     reward_scale: Annotated[float, Gt(0)] = 0.05  # brings rewards near 1; logged returns are bare
     shaping: Literal["none", "free_drive"] = "none"  # free_drive: see study/shaping.py
+    hidden: tuple[
+        str, ...
+    ] = ()  # fields that the networks do not see (blinkers.py); * for anything
     timed_critic: bool = False  # whether the critic knows the time left; only for ppo
     imitation: Annotated[Imitation | None, Field(validate_default=True)] = None  # ppo, bc, dagger
-    residual: Residual | None = None  # corrections of a base; only for ppo
+    residual: Residual | None = None  # corrections of a base; for ppo and recurrent_ppo
     lagrangian: Lagrangian | None = None  # a limit on the cost; only for ppo
     learning_rate: Annotated[float, Gt(0)] = 1e-3  # of bc and dagger ``imitation.learning_rate``
     final_learning_rate: Annotated[float, Ge(0)] = 0.0  # reached linearly
@@ -97,7 +102,7 @@ class TrainConfig(Section):
             )
         return value or (Imitation() if algorithm in PUPILS else None)
 
-    @field_validator("timed_critic", "residual", "lagrangian")
+    @field_validator("timed_critic", "lagrangian")
     @classmethod
     def _is_for_ppo(cls, value: Any, info: ValidationInfo) -> Any:
         algorithm = info.data.get("algorithm")
@@ -108,9 +113,25 @@ class TrainConfig(Section):
     @field_validator("residual")
     @classmethod
     def _starts_at_its_base(cls, value: Any, info: ValidationInfo) -> Any:
+        algorithm = info.data.get("algorithm")
+        if value and algorithm not in ("ppo", "recurrent_ppo"):
+            raise ValueError(
+                f"given with algorithm {algorithm!r}, allowed are 'ppo' and 'recurrent_ppo'"
+            )
         if value and info.data.get("imitation"):
             raise ValueError("given with imitation, allowed is one of the two starts")
         return value
+
+    @field_validator("hidden")
+    @classmethod
+    def _are_fields(cls, patterns: tuple[str, ...]) -> tuple[str, ...]:
+        for pattern in patterns:
+            if not fnmatch.filter(LAYOUTS["tracks"].names, pattern):
+                raise ValueError(
+                    f"given {pattern!r}, allowed are names of the observation's fields, * in them "
+                    "for anything"
+                )
+        return patterns
 
     def environments(self) -> tuple[Config, ...]:
         """Return the config of each environment, with the horizon that it is registered with.

@@ -41,7 +41,7 @@ from hazbot_gym.policies.residual import on_its_base
 from hazbot_gym.study import checkpoints, provenance, rollout
 from hazbot_gym.study.algorithms import make_model
 from hazbot_gym.study.export import export_model
-from hazbot_gym.study.files import write_atomically, write_json
+from hazbot_gym.study.files import write_json
 from hazbot_gym.study.imitation import imitate, teacher_of
 from hazbot_gym.study.residual_envs import ResidualEnvs
 from hazbot_gym.study.run_folder import CHECKPOINTS, MANIFEST, POLICY, RESULT, TENSORBOARD, claim
@@ -134,8 +134,7 @@ class Stretches(BaseCallback):
     def __init__(self, config: TrainConfig, out: Path, console: Console) -> None:
         super().__init__()
         self.config, self.out, self.console = config, out, console
-        suffix = ".zip" if config.algorithm == "recurrent_ppo" else ".npz"
-        self.policy_path = (out / POLICY).with_suffix(suffix)
+        self.policy_path = out / POLICY
         self.tier = config.environments()[0].tier
         self.residual = config.residual.model_dump() if config.residual else None
         self.begun, self.is_running = 0, False
@@ -201,10 +200,7 @@ class Stretches(BaseCallback):
         checkpoints.save(self.out / CHECKPOINTS, self.model, progress)
 
     def _keep(self, found: dict[str, Any]) -> None:
-        """Write the model as the best one so far; a recurrent one in SB3's own format."""
-        if self.policy_path.suffix == ".zip":
-            write_atomically(self.policy_path, lambda beside: _save_zip(self.model, beside))
-            return
+        """Write the model as the best one so far."""
         export_model(
             self.model,
             self.policy_path,
@@ -223,8 +219,3 @@ class Stretches(BaseCallback):
             "best": self.best(),
             "validations": self.validations,
         }
-
-
-def _save_zip(model: BaseAlgorithm, path: Path) -> None:
-    with path.open("wb") as file:
-        model.save(file)

@@ -7,13 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
-from sb3_contrib import TQC
+from sb3_contrib import TQC, RecurrentPPO
 from stable_baselines3 import DQN, PPO, SAC, TD3
+from stable_baselines3.common.torch_layers import FlattenExtractor
 from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.policies.actor import Actor, Layer, Normalisation
+from hazbot_gym.policies.actor import Actor, Normalisation
 from hazbot_gym.policies.from_sb3 import actor_of
+from hazbot_gym.policies.layer import Layer
+from hazbot_gym.policies.lstm import Lstm
 
 
 def layer(weight: Any, bias: Any) -> Layer:
@@ -33,24 +36,24 @@ def layer(weight: Any, bias: Any) -> Layer:
 )
 def test_one_hidden_unit_is_what_it_is_by_hand(activation: str, head: str, expected: float) -> None:
     actor = Actor((layer([[0.5], [0.0]], [0.0]), layer([[2.0]], [-1.0])), activation, head)
-    assert actor.act([0.5, 9.0]) == pytest.approx([expected])
-    assert actor.act(np.full((2, 3, 2), 0.5)).shape == (2, 3, 1)
+    assert actor.act([0.5, 9.0])[0] == pytest.approx([expected])
+    assert actor.act(np.full((2, 3, 2), 0.5))[0].shape == (2, 3, 1)
 
 
 def test_actions_end_at_stop_and_at_nominal_speed() -> None:
     actor = Actor((layer([[1.0]], [0.0]),), "tanh", "clipped")
-    assert actor.act([[-5.0], [0.25], [5.0]]).tolist() == [[-1.0], [0.25], [1.0]]
+    assert actor.act([[-5.0], [0.25], [5.0]])[0].tolist() == [[-1.0], [0.25], [1.0]]
 
 
 def test_the_largest_value_names_a_level_of_speed() -> None:
     actor = Actor((layer([[1, 0, 0, 0, -1]], [0, 0, 0.5, 0, 0]),), "tanh", "levels")
-    assert actor.act([[3.0], [0.0], [-3.0]]).tolist() == [[-1.0], [0.0], [1.0]]
+    assert actor.act([[3.0], [0.0], [-3.0]])[0].tolist() == [[-1.0], [0.0], [1.0]]
 
 
 def test_observations_are_normalised_and_clipped_first() -> None:
     statistics = Normalisation(np.float32([1.0]), np.float32([4.0]), clip=0.4, epsilon=0.0)
     actor = Actor((layer([[1.0]], [0.0]),), "tanh", "clipped", statistics)
-    assert actor.act([[1.5], [9.0]]) == pytest.approx(np.array([[0.25], [0.4]]))
+    assert actor.act([[1.5], [9.0]])[0] == pytest.approx(np.array([[0.25], [0.4]]))
 
 
 def test_what_is_observed_is_left_as_it_was() -> None:
@@ -58,6 +61,19 @@ def test_what_is_observed_is_left_as_it_was() -> None:
     observation = np.ones((4, 3), np.float32)
     actor.act(observation)
     assert (observation == 1.0).all()
+
+
+def test_a_memory_of_one_unit_is_what_it_is_by_hand() -> None:
+    opened = 50.0  # a gate that lets everything through
+    gates = layer([[0, 0, 1, 0], [0, 0, 0, 0]], [opened, opened, 0, opened])  # c <- c + tanh(x)
+    actor = Actor((layer([[1.0]], [0.0]),), "tanh", "clipped", lstm=Lstm(gates))
+    first, memory = actor.act([[0.3], [0.3]])
+    second, memory = actor.act([[0.1], [0.1]], memory, np.array([False, True]))
+    assert actor.width == 1
+    assert first == pytest.approx(np.tanh(np.tanh(0.3)))
+    expected = np.tanh([[np.tanh(0.3) + np.tanh(0.1)], [np.tanh(0.1)]])
+    assert second == pytest.approx(expected)
+    assert memory.hidden == pytest.approx(expected)
 
 
 # --- beside torch --------------------------------------------------------------------------------
@@ -79,15 +95,43 @@ def test_actions_are_those_of_the_model(
         for parameter in model.policy.parameters():
             parameter.mul_(3.0)  # also beyond where actions are clipped
     expected, _ = model.predict(seen(), deterministic=True)
-    assert actor_of(model).act(seen()) == pytest.approx(expected, abs=1e-5)
+    assert actor_of(model).act(seen())[0] == pytest.approx(expected, abs=1e-5)
     assert np.std(expected) > 0.01
+
+
+def test_a_recurrent_model_is_followed_through_episodes(blank: Any, seen: Any) -> None:
+    model = RecurrentPPO(
+        "MlpLstmPolicy",
+        DummyVecEnv([lambda: blank("sonar")]),
+        seed=0,
+        device="cpu",
+        policy_kwargs={"lstm_hidden_size": 24, "net_arch": [16]},
+    )
+    with torch.no_grad():
+        for parameter in model.policy.parameters():
+            parameter.mul_(3.0)
+        model.policy.action_net.weight.mul_(30.0)  # which starts small
+    actor, rng = actor_of(model), np.random.default_rng(1)
+    states: list[Any] = [None, None]
+    starts, answers = np.ones(500, np.bool_), []
+    for _ in range(30):
+        observations = rng.permutation(seen("sonar"))
+        expected, states[0] = model.predict(observations, states[0], starts, deterministic=True)
+        actions, states[1] = actor.act(observations, states[1], starts)
+        assert actions == pytest.approx(expected, abs=1e-4)
+        answers.append(actions)
+        starts = rng.random(500) < 0.1
+    assert np.std(answers) > 0.05
+    model.policy.lstm_actor.num_layers = 2
+    with pytest.raises(InvalidInput, match="^export: given an LSTM of 2 layers, allowed is 1$"):
+        actor_of(model)
 
 
 @pytest.mark.parametrize("algorithm", [PPO, DQN])
 def test_levels_are_those_of_the_model(algorithm: Any, blank: Any, seen: Any) -> None:
     model = algorithm("MlpPolicy", blank("sonar", levels=5), seed=0, device="cpu")
     expected, _ = model.predict(seen("sonar"), deterministic=True)
-    actions = actor_of(model).act(seen("sonar"))
+    actions = actor_of(model).act(seen("sonar"))[0]
     assert actions[:, 0] == pytest.approx(expected / 2.0 - 1.0)
     assert len(set(expected.tolist())) > 1
 
@@ -100,17 +144,20 @@ def test_normalised_actions_are_those_of_the_model_behind_vecnormalize(
     model = PPO("MlpPolicy", envs, seed=0, device="cpu")
     raw = seen()
     expected, _ = model.predict(envs.normalize_obs(raw), deterministic=True)
-    assert actor_of(model, envs).act(raw) == pytest.approx(expected, abs=1e-5)
-    assert actor_of(model).act(raw) != pytest.approx(expected, abs=1e-2)
+    assert actor_of(model, envs).act(raw)[0] == pytest.approx(expected, abs=1e-5)
+    assert actor_of(model).act(raw)[0] != pytest.approx(expected, abs=1e-2)
 
 
 def test_what_has_no_plain_form_is_refused_in_one_line(blank: Any) -> None:
     odd = PPO("MlpPolicy", blank(), policy_kwargs={"activation_fn": torch.nn.ELU}, device="cpu")
     with pytest.raises(InvalidInput, match="^export: given layers elu; allowed are tanh or relu$"):
         actor_of(odd)
-    stranger = type("RecurrentPPO", (), {"policy": None})()
-    with pytest.raises(InvalidInput, match="^export: RecurrentPPO has no plain form"):
+    stranger = type("ARS", (), {"policy": None})()
+    with pytest.raises(InvalidInput, match="^export: ARS has no plain form"):
         actor_of(stranger)
+    own = {"features_extractor_class": type("Mine", (FlattenExtractor,), {})}
+    with pytest.raises(InvalidInput, match="^export: given features of Mine, allowed is what is"):
+        actor_of(PPO("MlpPolicy", blank(), policy_kwargs=own, device="cpu"))
 
 
 def test_an_observation_is_answered_alike_alone_and_among_others() -> None:
@@ -122,6 +169,6 @@ def test_an_observation_is_answered_alike_alone_and_among_others() -> None:
     )
     actor = Actor(layers, "relu", "clipped")
     many = rng.uniform(-1.0, 1.0, (257, 48)).astype(np.float32)
-    together = actor.act(many)
+    together = actor.act(many)[0]
     for count in (1, 3, 250):
-        assert np.array_equal(actor.act(many[:count]), together[:count])
+        assert np.array_equal(actor.act(many[:count])[0], together[:count])

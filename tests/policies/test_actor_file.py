@@ -8,22 +8,30 @@ import numpy as np
 import pytest
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.policies.actor import Actor, Layer, Normalisation
+from hazbot_gym.policies.actor import Actor, Normalisation
 from hazbot_gym.policies.actor_file import Trained, card, describe, read, write
+from hazbot_gym.policies.layer import Layer
+from hazbot_gym.policies.lstm import Lstm
 from hazbot_gym.task.observation import LAYOUTS
 
 
 def some_actor(width: int = 48, hidden: int = 64, statistics: bool = False) -> Actor:
     rng = np.random.default_rng(0)
-    sizes = (width, hidden, hidden, 1)
-    layers = tuple(
-        Layer(rng.normal(size=shape).astype(np.float32), np.ones(shape[1], np.float32))
-        for shape in pairwise(sizes)
-    )
+    layers = tuple(some_layer(rng, shape) for shape in pairwise((width, hidden, hidden, 1)))
     rows = np.float32(rng.uniform(1, 2, (2, width)))
     return Actor(
         layers, "tanh", "clipped", Normalisation(*rows, 10.0, 1e-8) if statistics else None
     )
+
+
+def some_layer(rng: np.random.Generator, shape: tuple[int, int]) -> Layer:
+    return Layer(rng.normal(size=shape).astype(np.float32), np.ones(shape[1], np.float32))
+
+
+def some_memory(width: int = 48, size: int = 8) -> Actor:
+    rng = np.random.default_rng(2)
+    gates, head = some_layer(rng, (width + size, 4 * size)), some_layer(rng, (size, 1))
+    return Actor((head,), "tanh", "clipped", lstm=Lstm(gates))
 
 
 @pytest.fixture
@@ -38,13 +46,16 @@ def written(trained: Trained, folder: Path, name: str = "policy.npz") -> Path:
     return path
 
 
-@pytest.mark.parametrize("statistics", [False, True])
-def test_an_actor_comes_back_as_it_was_written(statistics: bool, tmp_path: Path) -> None:
-    actor = some_actor(statistics=statistics)
+@pytest.mark.parametrize(
+    "actor",
+    [some_actor(), some_actor(statistics=True), some_memory()],
+    ids=["plain", "normalised", "memory"],
+)
+def test_an_actor_comes_back_as_it_was_written(actor: Actor, tmp_path: Path) -> None:
     path = written(describe(actor, algorithm="PPO", tier="tracks"), tmp_path)
     found = read(path)
     observations = np.random.default_rng(1).uniform(-1, 1, (50, 48))
-    assert np.array_equal(found.actor.act(observations), actor.act(observations))
+    assert np.array_equal(found.actor.act(observations)[0], actor.act(observations)[0])
     assert found.about["algorithm"] == "PPO"
     assert path.stat().st_size < 200_000
 
@@ -133,6 +144,15 @@ def test_weights_that_do_not_fit_or_are_no_numbers_are_refused(tmp_path: Path) -
         bad = describe(actor._replace(layers=tuple(layers)), algorithm="PPO", tier="tracks")
         with pytest.raises(InvalidInput, match="is damaged"):
             read(written(bad, tmp_path))
+
+
+def test_a_memory_that_does_not_fit_is_refused(tmp_path: Path) -> None:
+    odd = some_memory()._replace(lstm=some_memory(width=47).lstm)
+    path = written(describe(some_memory(), algorithm="RecurrentPPO", tier="tracks"), tmp_path)
+    assert "48 -> LSTM of 8 -> 1" in card(read(path), "mine")
+    trained = describe(some_memory(), algorithm="RecurrentPPO", tier="tracks")
+    with pytest.raises(InvalidInput, match="is damaged"):
+        read(written(trained._replace(actor=odd), tmp_path))
 
 
 def test_a_missing_file_is_one_line(tmp_path: Path) -> None:

@@ -33,7 +33,7 @@ def test_a_correction_counts_by_its_scale_and_ends_at_stop_and_nominal_speed() -
 def test_a_file_is_its_base_and_its_network(tmp_path: Path, seen: Any) -> None:
     path = saved(tmp_path, 0.1, {"base": "fuzzy_expert:scale=0.8", "scale": 0.5}, weight=0.01)
     base, _ = policies.make("fuzzy_expert:scale=0.8").predict(seen())
-    network = read(path).actor.act(seen())
+    network = read(path).actor.act(seen())[0]
     action, _ = policies.make(f"learned:path={path}").predict(seen())
     assert action == pytest.approx(np.clip(base + 0.5 * network, -1.0, 1.0), abs=1e-6)
     assert np.ptp(network) > 0.01

@@ -56,8 +56,9 @@ def test_training_begins_exactly_at_the_base(*, is_timed: bool) -> None:
     assert validate(new, config) == validate(policies.make("fuzzy_expert"), config)
 
 
-def test_what_is_exported_drives_as_what_was_trained(tmp_path: Path) -> None:
-    config = run(learning_rate=0.03, final_learning_rate=0.03)
+@pytest.mark.parametrize("algorithm", ["ppo", "recurrent_ppo"])
+def test_what_is_exported_drives_as_what_was_trained(algorithm: str, tmp_path: Path) -> None:
+    config = run(algorithm=algorithm, learning_rate=0.03, final_learning_rate=0.03)
     result = train(config, tmp_path / "run")
     rng = np.random.default_rng(0)
     seen = rng.uniform(-1.0, 1.0, (200, 48)).astype(np.float32)
@@ -86,7 +87,7 @@ def test_a_base_that_cannot_drive_is_refused_before_anything_is_written(
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"algorithm": "sac"}, "^residual: given with algorithm 'sac', allowed is 'ppo'"),
+        ({"algorithm": "sac"}, "^residual: given with algorithm 'sac', allowed are 'ppo'"),
         ({"imitation": {}}, "^residual: given with imitation, allowed is one of the two"),
         ({"residual": {"scale": 0.0}}, "^residual.scale: given 0.0"),
     ],

@@ -56,4 +56,4 @@ def test_the_policy_answers_and_is_exported_without_it() -> None:
     assert np.array_equal(whole, without)
     actor = actor_of(model)
     assert actor.width == 48
-    assert actor.act(observations[:, :-1]) == pytest.approx(whole, abs=1e-5)
+    assert actor.act(observations[:, :-1])[0] == pytest.approx(whole, abs=1e-5)

@@ -48,6 +48,12 @@ def test_worlds_are_shared_out_evenly() -> None:
         ({"seed": 2**32}, "seed: given 4294967296", "less than or equal to 4294967295"),
         ({"engine": "steam"}, "engine: given 'steam'", "'batched' or 'pymunk'"),
         ({"env": []}, "env", "at least 1"),
+        ({"hidden": ["person*_heigth"]}, "hidden: given 'person*_heigth'", "names of the obs"),
+        (
+            {"algorithm": "sac", "residual": {}},
+            "residual: given with algorithm 'sac'",
+            "'recurrent_ppo'",
+        ),
         ({"learning_rate": "fast"}, "learning_rate: given 'fast'", "valid number"),
     ],
 )

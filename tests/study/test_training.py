@@ -81,8 +81,7 @@ ALL = [
 def test_every_config_trains_and_leaves_a_policy_that_drives(name: str, tmp_path: Path) -> None:
     config = tiny(name)
     result = train(config, tmp_path / "run")
-    spec = f"learned:{result.policy}"
-    policy = policies.make(spec + ",allow_pickle=true" if name == "recurrent_ppo" else spec)
+    policy = policies.make(f"learned:{result.policy}")
     width = result.model.observation_space.shape[0] - config.timed_critic
     actions, _ = policy.predict(np.zeros((3, width), np.float32))
     assert actions.shape == (3, 1)
