@@ -31,7 +31,9 @@ BELOW = {
 
 TRAINING = (
     "study.algorithms",
+    "study.blinkers",
     "study.dagger",
+    "study.estimated_envs",
     "study.lagrangian",
     "study.residual_envs",
     "study.training",
