@@ -155,7 +155,7 @@ def make_tables(study: Study, blocks: Mapping[str, Any]) -> dict[str, Any]:
     pooled = {name: block for name, block in blocks.items() if name in groups(set_names(study))}
     return {
         "headline": report_tables.headline(first, config.names),
-        "beaten": {name: dict(report_tables.beaten(block)) for name, block in blocks.items()},
+        "standings": {name: report_tables.standing(block) for name, block in blocks.items()},
         "tails": report_yardstick.tail_table(first, config.names),
         "elsewhere": report_yardstick.elsewhere_tables(pooled, config.shown_names),
         "families": {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from hazbot_gym.study.fronts import dominated
@@ -21,6 +21,7 @@ HEADLINE = (
 )
 MORE_IS_BETTER = ("arrived", "return")
 UNKNOWN = "?"
+NAMED = 3  # of those by whom somebody is dominated
 
 
 class Cell(NamedTuple):
@@ -36,6 +37,13 @@ class Line(NamedTuple):
 
     name: str
     cells: list[Cell]
+
+
+class Standing(NamedTuple):
+    """Who trades time against intrusion as well as anybody, and who does not."""
+
+    undominated: list[str]
+    dominated: dict[str, str]  # by whom
 
 
 class Table(NamedTuple):
@@ -95,9 +103,19 @@ def differences(block: Mapping[str, Any], policies: tuple[str, ...], reference: 
     return Table([_title(column) for column in columns], lines)
 
 
-def beaten(block: Mapping[str, Any]) -> Iterator[tuple[str, list[str]]]:
-    """Yield each dominated policy of a set, and by whom."""
-    yield from ((policy, by) for policy, by in dominated(block).items() if by)
+def standing(block: Mapping[str, Any]) -> Standing:
+    """Return who of a set is dominated by nobody, and by whom the others are."""
+    found = dominated(block)
+    return Standing(
+        [policy for policy, by in found.items() if not by],
+        {policy: _some(by) for policy, by in found.items() if by},
+    )
+
+
+def _some(names: list[str]) -> str:
+    """Return the first names of a list, and how many more there are."""
+    shown, more = names[:NAMED], len(names) - NAMED
+    return ", ".join(shown) + (f" and {more} more" if more > 0 else "")
 
 
 def _columns(metrics: tuple[str, ...]) -> list[Column]:
@@ -110,8 +128,7 @@ def _title(column: Column) -> str:
 
 
 def _digits(column: Column) -> int:
-    """Return one digit more for shares than a terminal has room for: 0.4 % is not 0."""
-    return column.digits + (column.scale == 100)
+    return column.digits + column.finer
 
 
 def _best(block: Mapping[str, Any], column: Column) -> set[str]:

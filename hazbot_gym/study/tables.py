@@ -20,18 +20,19 @@ class Column(NamedTuple):
     title: str
     scale: float = 1.0
     digits: int = 2
+    finer: int = 0  # further digits where there is room for them, as in the report
 
 
 COLUMNS = (
-    Column("arrived", "arrived\n%", 100, 0),
-    Column("timeout", "timeout\n%", 100, 0),
-    Column("contact_robot_caused", "contact\nby robot\n%", 100, 0),
-    Column("contact_person_caused", "contact\nby person\n%", 100, 0),
-    Column("ssm_violation", "SSM\nviolation\n%", 100, 0),
-    Column("kinetic_intrusion_m2", "kinetic\nintrusion\nm²"),
-    Column("time_ratio", "time\nratio"),
+    Column("arrived", "arrived\n%", 100, 0, finer=1),
+    Column("timeout", "timeout\n%", 100, 0, finer=1),
+    Column("contact_robot_caused", "contact\nby robot\n%", 100, 0, finer=2),
+    Column("contact_person_caused", "contact\nby person\n%", 100, 0, finer=2),
+    Column("ssm_violation", "SSM\nviolation\n%", 100, 0, finer=2),
+    Column("kinetic_intrusion_m2", "kinetic\nintrusion\nm²", finer=2),
+    Column("time_ratio", "time\nratio", finer=1),
     Column("rms_jerk_mps3", "RMS\njerk\nm/s³"),
-    Column("return", "return", 1, 0),
+    Column("return", "return", 1, 0, finer=1),
 )
 
 

@@ -52,4 +52,13 @@ def test_differences_leave_out_the_reference() -> None:
     block = {"a": result(0.0), "b": result(-1.0)}
     table = report_tables.differences(block, ("a", "b"), "a")
     assert [line.name for line in table.lines] == ["b"]
-    assert table.lines[0].cells[2][:2] == ("-1.00", "-1.25 to -0.75; p = 0.012")
+    assert table.lines[0].cells[2][:2] == ("-1.0000", "-1.2500 to -0.7500; p = 0.012")
+
+
+def test_who_is_dominated_is_named_with_the_first_of_many() -> None:
+    block = {"best": result(0.0)} | {f"p{i}": result(float(i)) for i in range(1, 6)}
+    found = report_tables.standing(block)
+    assert found.undominated == ["best"]
+    assert found.dominated["p1"] == "best"
+    assert found.dominated["p3"] == "best, p1, p2"
+    assert found.dominated["p5"] == "best, p1, p2 and 2 more"
