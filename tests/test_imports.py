@@ -33,7 +33,6 @@ TRAINING = (
     "study.algorithms",
     "study.blinkers",
     "study.dagger",
-    "study.estimated_envs",
     "study.lagrangian",
     "study.residual_envs",
     "study.training",

@@ -41,7 +41,6 @@ def describe(
     *,
     algorithm: str,
     tier: str,
-    estimated: bool = False,
     residual: Mapping[str, Any] | None = None,
     training: Mapping[str, Any] | None = None,
     results: Mapping[str, Any] | None = None,
@@ -52,7 +51,6 @@ def describe(
         actor: The weights.
         algorithm: What trained it, as the field calls it, such as ``PPO``.
         tier: Information tier of its observations.
-        estimated: Whether it sees them with the people of ``sonar_estimate``.
         residual: The base that it corrects and its scale, if it does (``residual``).
         training: How it was trained: config, seed, versions, commit.
         results: What it reached, by name of the metric.
@@ -62,17 +60,16 @@ def describe(
     """
     if tier not in LAYOUTS:
         raise InvalidInput(f"tier: given {tier!r}, allowed are {', '.join(LAYOUTS)}")
-    layout = _layout(tier, estimated)
-    if actor.width != layout.width:
+    if actor.width != LAYOUTS[tier].width:
         raise InvalidInput(
-            f"tier: {tier} observations have {layout.width} entries, the actor takes {actor.width}"
+            f"tier: {tier} observations have {LAYOUTS[tier].width} entries, the actor takes "
+            f"{actor.width}"
         )
     about = {
         "format": FORMAT,
         "algorithm": algorithm,
         "tier": tier,
-        "estimated": estimated,
-        "observation": observation_table(layout),
+        "observation": observation_table(LAYOUTS[tier]),
         "activation": actor.activation,
         "action": actor.head,
         "residual": dict(residual) if residual else None,
@@ -80,11 +77,6 @@ def describe(
         "results": dict(results or {}),
     }
     return Trained(actor, about)
-
-
-def _layout(tier: str, estimated: bool) -> Layout:
-    """Return what an actor sees: of estimated people as much as of tracked ones."""
-    return LAYOUTS["tracks" if estimated else tier]
 
 
 def observation_table(layout: Layout) -> list[dict[str, Any]]:
@@ -143,8 +135,7 @@ def check(about: Mapping[str, Any], path: Path) -> None:
         raise InvalidInput(
             f"policy: {str(path)!r} has tier {about['tier']!r}, allowed are {', '.join(LAYOUTS)}"
         )
-    layout = _layout(about["tier"], about.get("estimated", False))
-    stored, own = about["observation"], observation_table(layout)
+    stored, own = about["observation"], observation_table(LAYOUTS[about["tier"]])
     for i, (theirs, ours) in enumerate(zip(stored, own, strict=False)):
         if theirs != ours:
             raise InvalidInput(
@@ -166,7 +157,7 @@ def _actor(arrays: Mapping[str, npt.NDArray[Any]], about: Mapping[str, Any]) -> 
     """Put the arrays together; a ValueError or KeyError says that they do not fit."""
     count = sum(name.startswith("weight") for name in arrays)
     layers = tuple(_layer(arrays, f"weight{i}", f"bias{i}") for i in range(count))
-    width = _layout(about["tier"], about.get("estimated", False)).width
+    width = LAYOUTS[about["tier"]].width
     lstm = _lstm(arrays, width)
     sizes = [lstm.size if lstm else width, *(layer.bias.size for layer in layers)]
     shapes = [layer.weight.shape for layer in layers]
@@ -231,7 +222,6 @@ def card(trained: Trained, name: str) -> str:
     residual = about.get("residual")
     line = "- **Corrects** `{base}`, by {scale:g} at most.\n"
     corrects = line.format(**residual) if residual else ""
-    estimated = ", with the people that `sonar_estimate` finds" if about.get("estimated") else ""
     results = "\n".join(f"| {key} | {value} |" for key, value in about["results"].items())
     study = "\n".join(f"| {key} | {value} |" for key, value in about.get("study", {}).items())
     in_study = _IN_STUDY.format(rows=study) if study else ""
@@ -239,7 +229,7 @@ def card(trained: Trained, name: str) -> str:
 
 A speed policy for the environments of hazbot_gym, trained with {about["algorithm"]}.
 
-- **Sees** the {about["tier"]} tier{estimated}: {actor.width} entries, as listed in the file.
+- **Sees** the {about["tier"]} tier: {actor.width} entries, as listed in the file.
 - **Answers** with a share of the nominal speed; the head is `{about["action"]}`, deterministic.
 {corrects}- **Network**: {sizes}, {about["activation"]}.
 - **Use**: `hazbot eval --policy learned:path={name}.npz`, or

@@ -6,7 +6,6 @@ exploring belongs to training and nothing here may draw numbers that no seed dec
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -19,9 +18,8 @@ from pydantic.dataclasses import dataclass
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies import actor_file
 from hazbot_gym.policies.base import Actions, Observations, Policy
-from hazbot_gym.policies.estimated import Estimated
 from hazbot_gym.policies.residual import on_its_base
-from hazbot_gym.task.observation import LAYOUTS, layout_of
+from hazbot_gym.task.observation import layout_of
 
 SHIPPED = Path(__file__).parent / "shipped"
 _CONFIG = ConfigDict(extra="forbid")
@@ -56,17 +54,6 @@ class TrainedActor:
                 f"{self.about['tier']} with {self.actor.width}"
             )
         return self.actor.act(observation, state, episode_start)
-
-
-def driver(network: Policy, about: Mapping[str, Any]) -> Policy:
-    """Return a network as it drives: on its base and on estimates, where it was trained so.
-
-    Args:
-        network: What was trained.
-        about: What its file says of it, ``residual`` and ``estimated`` among it.
-    """
-    policy = on_its_base(network, about.get("residual"))
-    return Estimated(policy) if about.get("estimated") else policy
 
 
 class _FromFile:
@@ -104,7 +91,7 @@ class Learned(_FromFile):
     def _policy(self) -> Policy:
         if self.path.suffix != ".zip":
             network = TrainedActor(actor_file.read(self.path))
-            return driver(network, network.about)
+            return on_its_base(network, network.about.get("residual"))
         if not self.allow_pickle:
             raise InvalidInput(
                 f"policy: reading {str(self.path)!r} runs code that is in it; if you trust it, "
@@ -130,7 +117,7 @@ class Ppo(_FromFile):
     def _policies(self) -> dict[int, Policy]:
         found = [TrainedActor(actor_file.read(path)) for path in sorted(SHIPPED.glob("ppo_*.npz"))]
         return {
-            LAYOUTS[network.about["tier"]].width: driver(network, network.about)
+            network.actor.width: on_its_base(network, network.about.get("residual"))
             for network in found
         }
 

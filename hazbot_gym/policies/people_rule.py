@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from hazbot_gym.core.state import Floats
 from hazbot_gym.policies.base import Actions, Observations, Rule, speed_action
-from hazbot_gym.policies.sonar_estimate import Echoes, listen, people
-from hazbot_gym.task.observation import LAYOUTS, NOBODY, PERSON_SLOTS, layout_of
+from hazbot_gym.policies.sonar_estimate import listen, people
+from hazbot_gym.task.observation import LAYOUTS, PERSON_SLOTS, layout_of
 
 SONAR, TRACKS = LAYOUTS["sonar"], LAYOUTS["tracks"]
 
@@ -34,26 +34,10 @@ class PeopleRule(Rule):
         See ``base.Policy.predict``.
         """
         if layout_of(observation).tier == SONAR.tier:
-            observation, state = with_estimates(observation, state, episode_start)
+            seen = SONAR.decode(observation)
+            state = listen(seen, state, episode_start)
+            observation = with_people(observation, people(state, seen["speed_mps"]))
         return speed_action(self.speed_share(observation)), state
-
-
-def with_estimates(
-    observation: Observations, echoes: Echoes | None, starts: npt.ArrayLike | None = None
-) -> tuple[Observations, Echoes]:
-    """Return sonar observations (..., n) with the people that they betray, as on tier tracks.
-
-    Args:
-        observation: Of the sonar tier.
-        echoes: What was known of the echoes before, or None.
-        starts: (...) whose episode has just begun.
-
-    Returns:
-        Observations (..., 48), and what is known of the echoes now.
-    """
-    seen = SONAR.decode(observation)
-    echoes = listen(seen, echoes, starts)
-    return with_people(observation, people(echoes, seen["speed_mps"])), echoes
 
 
 def with_people(observation: Observations, found: dict[str, Floats]) -> Observations:
@@ -65,15 +49,12 @@ def with_people(observation: Observations, found: dict[str, Floats]) -> Observat
     """
     full = np.zeros((*np.shape(observation)[:-1], TRACKS.width), np.float32)
     full[..., : SONAR.width] = observation
-    full[..., SONAR.width :] = np.tile(NOBODY, PERSON_SLOTS)
     is_there = found["present"] > 0.5
     nearest = np.argsort(np.where(is_there, found["distance_m"], np.inf), axis=-1)
     nearest = nearest[..., :PERSON_SLOTS]
-    is_filled = np.take_along_axis(is_there, nearest, axis=-1)
     for name, values in found.items():
-        chosen = np.take_along_axis(values, nearest, axis=-1)
+        chosen = np.take_along_axis(values * is_there, nearest, axis=-1)
         for slot in range(PERSON_SLOTS):
             column = TRACKS.names.index(f"person{slot}_{name}")
-            share = chosen[..., slot] / TRACKS.fields[column].scale
-            full[..., column] = np.where(is_filled[..., slot], share, full[..., column])
+            full[..., column] = chosen[..., slot] / TRACKS.fields[column].scale
     return full

@@ -25,6 +25,7 @@ from hazbot_gym.study.lagrangian import PPOLagrangian
 from hazbot_gym.study.timed_critic import TimedCriticPolicy
 from hazbot_gym.study.train_config import PUPILS, TrainConfig
 from hazbot_gym.study.training_envs import TrainingEnvs
+from hazbot_gym.task.observation import LAYOUTS
 
 ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
     "ppo": stable_baselines3.PPO,
@@ -75,9 +76,10 @@ def _blinkers(config: TrainConfig) -> dict[str, Any]:
     """Return what of the options of a policy hides fields from it."""
     if not config.hidden:
         return {}
+    hidden = hidden_entries(config.hidden, LAYOUTS[config.environments()[0].tier])
     return {
         "features_extractor_class": Blinkers,
-        "features_extractor_kwargs": {"hidden": hidden_entries(config.hidden, config.layout)},
+        "features_extractor_kwargs": {"hidden": hidden},
     }
 
 

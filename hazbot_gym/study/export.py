@@ -18,7 +18,6 @@ def export_model(
     *,
     tier: str,
     normalize: Any = None,
-    estimated: bool = False,
     residual: Mapping[str, Any] | None = None,
     training: Mapping[str, Any] | None = None,
     results: Mapping[str, Any] | None = None,
@@ -31,7 +30,6 @@ def export_model(
         path: Of the ``.npz``; the card gets the suffix ``.md``.
         tier: Information tier that it was trained on.
         normalize: The ``VecNormalize`` that it was trained behind, if it was.
-        estimated: Whether it saw observations with the people of ``sonar_estimate``.
         residual: The base that it corrects and its scale, if it does.
         training: How it was trained: config, seed, versions, commit.
         results: What it reached, by name of the metric.
@@ -43,13 +41,7 @@ def export_model(
     """
     actor, name = actor_of(model, normalize), type(model).__name__
     trained = describe(
-        actor,
-        algorithm=name,
-        tier=tier,
-        estimated=estimated,
-        residual=residual,
-        training=training,
-        results=results,
+        actor, algorithm=name, tier=tier, residual=residual, training=training, results=results
     )
     export_actor(trained, path, overwrite=overwrite)
     return trained

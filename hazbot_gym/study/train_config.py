@@ -20,7 +20,7 @@ from hazbot_gym.envs.registration import NAMESPACE
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import rollout
 from hazbot_gym.study.config import Engine, ScenarioSet
-from hazbot_gym.task.observation import LAYOUTS, Layout
+from hazbot_gym.task.observation import LAYOUTS
 
 Algorithm = Literal["ppo", "sac", "td3", "tqc", "dqn", "recurrent_ppo", "bc", "dagger"]
 PUPILS = ("bc", "dagger")  # that learn from a teacher alone, never from rewards
@@ -74,7 +74,6 @@ class TrainConfig(Section):
     seed: Annotated[int, Ge(0), Le(2**32 - 1)] = 0
     reward_scale: Annotated[float, Gt(0)] = 0.05  # brings rewards near 1; logged returns are bare
     shaping: Literal["none", "free_drive"] = "none"  # free_drive: see study/shaping.py
-    estimated: bool = False  # whether networks of the sonar tier see the people of sonar_estimate
     hidden: tuple[
         str, ...
     ] = ()  # fields that the networks do not see (blinkers.py); * for anything
@@ -133,16 +132,6 @@ class TrainConfig(Section):
                     "for anything"
                 )
         return patterns
-
-    @property
-    def tier(self) -> str:
-        """Information tier of the environments."""
-        return self.environments()[0].tier
-
-    @property
-    def layout(self) -> Layout:
-        """What networks see of the observation, the time left not among it."""
-        return LAYOUTS["tracks" if self.estimated else self.tier]
 
     def environments(self) -> tuple[Config, ...]:
         """Return the config of each environment, with the horizon that it is registered with.

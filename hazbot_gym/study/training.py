@@ -37,10 +37,9 @@ try:
 except ImportError as error:
     raise MissingExtra((error.name or "tensorboard").replace("_", "-"), "train") from error
 
-from hazbot_gym.policies.learned import driver
+from hazbot_gym.policies.residual import on_its_base
 from hazbot_gym.study import checkpoints, provenance, rollout
 from hazbot_gym.study.algorithms import make_model
-from hazbot_gym.study.estimated_envs import EstimatedEnvs
 from hazbot_gym.study.export import export_model
 from hazbot_gym.study.files import write_json
 from hazbot_gym.study.imitation import imitate, teacher_of
@@ -84,8 +83,6 @@ def train(
     torch.set_num_threads(1)
     claim(out, config.identity(), resume=resume)
     envs: Any = make_envs(config)
-    if config.estimated:
-        envs = EstimatedEnvs(envs)
     if config.residual:
         envs = ResidualEnvs(envs, config.residual)
     model: Any = make_model(config, envs)
@@ -138,8 +135,8 @@ class Stretches(BaseCallback):
         super().__init__()
         self.config, self.out, self.console = config, out, console
         self.policy_path = out / POLICY
-        residual = config.residual.model_dump() if config.residual else None
-        self.about = {"estimated": config.estimated, "residual": residual}
+        self.tier = config.environments()[0].tier
+        self.residual = config.residual.model_dump() if config.residual else None
         self.begun, self.is_running = 0, False
         self.seconds = 0.0  # of training, validations left out
         self.validations: list[dict[str, Any]] = []
@@ -186,8 +183,8 @@ class Stretches(BaseCallback):
     def _end(self) -> None:
         """Validate the model, keep it if it is the best so far, and write a checkpoint."""
         self.seconds += time.perf_counter() - self._began
-        policy = driver(self.model, self.about)
-        found = {"step": self.model.num_timesteps, **validate(policy, self.config)}
+        driver = on_its_base(self.model, self.residual)
+        found = {"step": self.model.num_timesteps, **validate(driver, self.config)}
         for name, value in found.items():
             if value is not None:
                 self.logger.record(f"validation/{name}", value)
@@ -207,8 +204,8 @@ class Stretches(BaseCallback):
         export_model(
             self.model,
             self.policy_path,
-            tier=self.config.tier,
-            **self.about,
+            tier=self.tier,
+            residual=self.residual,
             training=json.loads((self.out / MANIFEST).read_text(encoding="utf-8")),
             results=found,
             overwrite=True,

@@ -58,7 +58,7 @@ class TrainingEnvs(VecEnv):
         assert space.shape is not None
         self.width = space.shape[0]  # of what policies see, the time left not among it
         super().__init__(
-            sum(sizes), with_time(space) if self.is_timed else space, parts[0].action_space
+            sum(sizes), _with_time(space) if self.is_timed else space, parts[0].action_space
         )
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
@@ -104,7 +104,7 @@ class TrainingEnvs(VecEnv):
     def _observed(self, parts: list[npt.NDArray[np.float32]]) -> npt.NDArray[np.float32]:
         """Return the observations of all worlds, with the time left if that is wanted."""
         width = parts[0].shape[1]
-        observed = aligned(self.num_envs, width + self.is_timed)
+        observed = _aligned(self.num_envs, width + self.is_timed)
         np.concatenate(parts, out=observed[:, :width])
         if self.is_timed:
             observed[:, width] = self._free_drive.time_left(self._sums[:, -1])
@@ -180,7 +180,7 @@ def require_speeds(envs: VecEnv, key: str) -> None:
         raise InvalidInput(f"{key}: given action_type 'discrete', allowed is 'continuous'")
 
 
-def with_time(space: gymnasium.Space[Any]) -> gymnasium.spaces.Box:
+def _with_time(space: gymnasium.Space[Any]) -> gymnasium.spaces.Box:
     """Return the space of observations with the time left, a share, as their last entry."""
     assert isinstance(space, gymnasium.spaces.Box)
     low, high = np.append(space.low, np.float32(0.0)), np.append(space.high, np.float32(1.0))
@@ -203,7 +203,7 @@ def _decision_of(part: VecEnv, infos: list[dict[str, Any]]) -> tuple[Floats, Flo
     return terms, np.array([info["cost"] for info in infos], float)
 
 
-def aligned(rows: int, columns: int) -> npt.NDArray[np.float32]:
+def _aligned(rows: int, columns: int) -> npt.NDArray[np.float32]:
     """Return an array for observations that begins where torch reads it best.
 
     Its matrix products depend in the last bit on where an array begins; numpy's begin anywhere,

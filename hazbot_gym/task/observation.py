@@ -81,7 +81,7 @@ FIELDS = (
     ),
 )
 _FAR = ("distance_m", "time_to_closest_s", "closest_m")
-NOBODY = np.array([float(field.name in _FAR) for field in PERSON_FIELDS], np.float32)
+_NOBODY = np.array([float(field.name in _FAR) for field in PERSON_FIELDS], np.float32)
 _OWN = len(RANGE_FIELDS) + len(ROBOT_FIELDS) + len(TRACKING_FIELDS)
 _PER_PERSON = len(PERSON_FIELDS)
 _LOW = np.array([field.low for field in FIELDS])
@@ -198,7 +198,7 @@ def _put_person(out: npt.NDArray[np.float32], i: int, track: Record, robot: Reco
 def _put_nobody(out: npt.NDArray[np.float32], i: int) -> int:
     """Write an empty slot: nobody, far away and never to be met."""
     for k in range(_PER_PERSON):
-        out[i + k] = NOBODY[k]
+        out[i + k] = _NOBODY[k]
     return i + _PER_PERSON
 
 
