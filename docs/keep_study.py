@@ -1,4 +1,7 @@
-"""Keep studies for docs/study.md: ``python docs/keep_study.py TRACKS SONAR CONTACTS PEOPLE``."""
+"""Keep studies for docs/study.md: ``python docs/keep_study.py tracks=DIR sonar=DIR``.
+
+Parts are tracks, sonar, observations, contacts and people; those not given stay as they are.
+"""
 
 from __future__ import annotations
 
@@ -40,14 +43,21 @@ def kept(folder: Path) -> Record:
     )
 
 
+def kept_small(folder: Path) -> Record:
+    """Return the record of a study in which nobody is tuned or trained."""
+    return small_record_of(report.read(folder).summary)
+
+
+PARTS = {
+    "tracks": kept,
+    "sonar": kept,
+    "observations": kept,
+    "contacts": kept_small,
+    "people": kept_small,
+}
+
 if __name__ == "__main__":
-    tracks, sonar, contacts, people = (Path(folder) for folder in sys.argv[1:])
-    write_json(
-        RECORD,
-        {
-            "tracks": kept(tracks),
-            "sonar": kept(sonar),
-            "contacts": small_record_of(report.read(contacts).summary),
-            "people": small_record_of(report.read(people).summary),
-        },
-    )
+    folders = dict(argument.split("=", 1) for argument in sys.argv[1:])
+    record = json.loads(RECORD.read_text(encoding="utf-8"))
+    record |= {part: PARTS[part](Path(folder)) for part, folder in folders.items()}
+    write_json(RECORD, {part: record[part] for part in PARTS})

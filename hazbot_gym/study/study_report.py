@@ -37,10 +37,10 @@ DIRECTIONAL = "ssm:mode=directional"
 def page(template: str, record: Record, *, name: str) -> str:
     """Return the page on the study: a template with its placeholders filled in."""
     filled = {"record": name}
-    for tier, targets in (("tracks", tracks_targets), ("sonar", sonar_targets)):
-        found = record[tier]
-        filled |= {f"{tier}_{part}": text for part, text in _parts(found).items()}
-        filled[f"{tier}_targets"] = _targets(targets(found))
+    for study in ("tracks", "sonar", "observations"):
+        filled |= {f"{study}_{part}": text for part, text in _parts(record[study]).items()}
+    filled["tracks_targets"] = _targets(tracks_targets(record["tracks"]))
+    filled["sonar_targets"] = _targets(sonar_targets(record["sonar"]))
     filled["contacts"] = _contacts(record["contacts"]["sets"][POOLED])
     filled["people"] = _people(record["people"]["sets"])
     return Template(template).substitute(filled)

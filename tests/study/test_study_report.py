@@ -110,7 +110,7 @@ GOOD = {"time_ratio": 1.4, "kinetic_intrusion_m2": 0.02}
 
 
 def test_page_leaves_no_placeholder_and_shows_every_policy() -> None:
-    found = {"tracks": record(**GOOD), "sonar": record(**GOOD)} | SMALL
+    found = {name: record(**GOOD) for name in ("tracks", "sonar", "observations")} | SMALL
     text = page(TEMPLATE, found, name="benchmarks/study.json")
     assert "$" not in text
     for name in POLICIES:
