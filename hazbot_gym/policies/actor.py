@@ -31,12 +31,14 @@ def _tanh(x: Floats32) -> Floats32:
 
 
 def _clip(x: Floats32) -> Floats32:
-    return np.clip(x, -1.0, 1.0, out=x)
+    clipped: Floats32 = np.clip(x, -1.0, 1.0, out=x)
+    return clipped
 
 
 def _level(x: Floats32) -> Floats32:
     share = x.argmax(axis=-1)[..., None] / max(x.shape[-1] - 1, 1)
-    return (2.0 * share - 1.0).astype(np.float32)
+    action: Floats32 = (2.0 * share - 1.0).astype(np.float32)
+    return action
 
 
 ACTIVATIONS: dict[str, Callable[[Floats32], Floats32]] = {"tanh": _tanh, "relu": _relu}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import zipfile
 from pathlib import Path
@@ -139,10 +140,7 @@ def load_zip(path: Path) -> Policy:
 def _load(loader: str, path: Path) -> Any:
     package, _, algorithm = loader.partition(":")
     try:
-        if package == "sb3_contrib":
-            import sb3_contrib as library
-        else:
-            import stable_baselines3 as library
+        library = importlib.import_module(package)
     except ImportError as error:
         raise MissingExtra(package.replace("_", "-"), "train") from error
     return getattr(library, algorithm).load(path, device="cpu")

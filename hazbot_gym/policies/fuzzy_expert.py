@@ -153,7 +153,7 @@ class FuzzyExpert(PeopleRule):
             avoidance_m=AVOIDANCE_M,
         )
 
-    def speed_share(self, observation: Observations) -> Observations:
+    def speed_share(self, observation: Observations) -> npt.ArrayLike:
         """Return the slowest answer to any person; see ``base.Rule``."""
         return self._kept(observation, np.float64(self.horizon_s))
 
@@ -196,7 +196,7 @@ def _answer(
     out: Observations,
 ) -> None:
     """Write the smallest kept fraction beside any person for each observation: (N, n) to (N,)."""
-    index, units = columns.index, columns.units
+    index, units = columns.entries, columns.units
     for i in range(rows.shape[0]):
         kept, row = 1.0, rows[i]
         come_m = row[columns.own[0]] * columns.own_units[0] * horizons_s[i]  # v t of eq 8b

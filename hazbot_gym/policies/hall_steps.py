@@ -37,4 +37,5 @@ class HallSteps(PeopleRule):
     def speed_share(self, observation: Observations) -> Floats:
         """Return one of the five levels; see ``base.Rule``."""
         nearest_m = clearances_m(layout_of(observation).decode(observation)).min(axis=-1)
-        return SHARES[np.searchsorted(self.scale * BOUNDS_M, nearest_m, side="right")]
+        share: Floats = SHARES[np.searchsorted(self.scale * BOUNDS_M, nearest_m, side="right")]
+        return share

@@ -52,7 +52,8 @@ class Idm(PeopleRule):
         people, v, v0 = people_seen(seen), seen["command_mps"], self.nominal_mps
         pressure = self._pressure(people, v[..., None]).max(axis=-1)
         change_mps = ACCELERATION_MPS2 * (1.0 - (v / v0) ** 4 - pressure) * DECISION_S
-        return np.clip((v + change_mps) / v0, 0.0, 1.0)
+        share: Floats = np.clip((v + change_mps) / v0, 0.0, 1.0)
+        return share
 
     def _pressure(self, people: People, v: Floats) -> Floats:
         """Return (s*/s)^2 for everybody, 0 who is not ahead: (..., P)."""

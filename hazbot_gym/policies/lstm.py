@@ -33,12 +33,12 @@ class Lstm(NamedTuple):
     @property
     def size(self) -> int:
         """Number of entries of h."""
-        return self.gates.bias.size // 4
+        return len(self.gates.bias) // 4
 
     @property
     def width(self) -> int:
         """Number of entries of x."""
-        return self.gates.weight.shape[0] - self.size
+        return len(self.gates.weight) - self.size
 
     def remember(
         self, x: Floats32, memory: Memory | None, starts: npt.NDArray[np.bool_] | None = None

@@ -14,7 +14,7 @@ from hazbot_gym.task.observation import PERSON_SLOTS, layout_of
 class Columns(NamedTuple):
     """Columns of an observation, ready for kernels."""
 
-    index: Ints  # (K, fields) of each person's
+    entries: Ints  # (K, fields) of each person's
     units: Floats  # (K, fields) factors to physical units
     own: Ints  # (2,) of the robot's speed and its last command
     own_units: Floats  # (2,)

@@ -68,7 +68,7 @@ def _answer(
     ``how`` holds strength, nominal speed [m/s] and decision period [s].
     """
     force: Record = constants[0]
-    index, units = columns.index, columns.units
+    index, units = columns.entries, columns.units
     for i in range(rows.shape[0]):
         row = rows[i]
         v = row[columns.own[0]] * columns.own_units[0]

@@ -42,4 +42,5 @@ class Ssm(PeopleRule):
             approach_mps = np.maximum(of_people(seen, "closing_mps") - own_mps, 0.0)
         spare_m = clearances_m(seen) - self.margin_m
         permitted_mps = permitted_speed(spare_m, SsmThresholds(), approach_mps).min(axis=-1)
-        return np.clip(permitted_mps / self.nominal_mps, 0.0, 1.0)
+        share: Floats = np.clip(permitted_mps / self.nominal_mps, 0.0, 1.0)
+        return share
