@@ -7,7 +7,7 @@ The page is drawn by the templates in ``report_page``; what they are filled with
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -295,8 +295,21 @@ def describe(scenarios: ScenarioSet) -> str:
     if model in RECORDED:
         return RECORDED[model]
     text, _ = ENVIRONMENTS[scenarios.env.rpartition("/")[2]]
-    changes = ", ".join(f"{name} = {value}" for name, value in scenarios.overrides.items())
+    changes = ", ".join(_changes(scenarios.overrides))
     return f"{text} Changed: {changes}." if changes else text
+
+
+def _changes(overrides: Mapping[str, Any], path: str = "") -> Iterator[str]:
+    """Yield config values as ``group.key = value``; entries of a list that are all alike, once."""
+    for name, value in overrides.items():
+        if isinstance(value, Mapping):
+            yield from _changes(value, f"{path}{name}.")
+        elif isinstance(value, list | tuple) and value and value.count(value[0]) == len(value) > 1:
+            first = value[0]
+            inner = ", ".join(_changes(first)) if isinstance(first, Mapping) else str(first)
+            yield f"all {path}{name}: {inner}"
+        else:
+            yield f"{path}{name} = {value}"
 
 
 def _environment() -> jinja2.Environment:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 INK, SOFT, GRID = "#1c2127", "#5c6670", "#e4e7ea"
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
+WIDE = 10.0  # ratio of intrusions from which on their axis is logarithmic
 EVERY = 5  # instants between two points of a distance plot
 
 
@@ -84,10 +85,13 @@ def front(block: Mapping[str, Any], looks: Styles) -> Figure:
             textposition="top right",
             textfont={"color": SOFT, "size": 12},
             marker={"color": look.color, "symbol": look.mark + hollow, "size": 11},
-            hovertemplate="time ratio %{x:.2f}<br>kinetic intrusion %{y:.2f} m²",
+            hovertemplate="time ratio %{x:.3f}<br>kinetic intrusion %{y:.4f} m²",
         )
     figure.update_xaxes(title="time ratio (1: as if alone)")
-    figure.update_yaxes(title="kinetic intrusion [m²]", rangemode="tozero")
+    intrusions = [point["mean"][1] for point in known.values()]
+    is_wide = min(intrusions, default=0.0) > 0.0 and max(intrusions) > WIDE * min(intrusions)
+    scale = {"type": "log"} if is_wide else {"rangemode": "tozero"}
+    figure.update_yaxes(title="kinetic intrusion [m²]", **scale)
     return _finish(figure)
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import records, report, report_figures
-from hazbot_gym.study.config import StudyConfig
+from hazbot_gym.study.config import ScenarioSet, StudyConfig
 from hazbot_gym.study.report_style import styles
 from hazbot_gym.study.summary import POOLED
 
@@ -144,6 +144,41 @@ def test_a_study_that_is_not_finished_has_no_report(
         report.write_report(tmp_path)
     assert "\n" not in str(raised.value)
     assert not (tmp_path / records.REPORT).exists()
+
+
+def block(*intrusions: float) -> dict[str, Any]:
+    """Return a set's summary of policies that differ in intrusion."""
+    axes = [{"time_ratio": 1.4, "kinetic_intrusion_m2": value} for value in intrusions]
+    return {
+        name: {
+            "metrics": {axis: dict.fromkeys(("mean", "low", "high"), v) for axis, v in of.items()}
+        }
+        for name, of in zip("abc", axes, strict=False)
+    }
+
+
+@pytest.mark.parametrize(
+    ("intrusions", "kind"),
+    [((0.02, 0.03), None), ((0.02, 0.03, 1.4), "log"), ((0.0, 0.03, 1.4), None)],
+)
+def test_intrusions_far_apart_are_told_apart(intrusions: Any, kind: str | None) -> None:
+    some = block(*intrusions)
+    figure = report_figures.front(some, styles(list(some)))
+    assert figure["layout"]["yaxis"].get("type") == kind
+
+
+def test_what_differs_in_a_set_is_said_in_the_words_of_its_config() -> None:
+    blind = {"gain": 1.0, "range_m": 0.0}
+    changed = {
+        "tier": "sonar",
+        "people": {"reactions": [blind] * 4},
+        "sensors": {"a": {"b": [1, 2]}},
+    }
+    found = ScenarioSet(name="x", env="hazbot_gym/Crossing-v0", overrides=changed)
+    assert report.describe(found).endswith(
+        "Changed: tier = sonar, all people.reactions: gain = 1.0, range_m = 0.0, "
+        "sensors.a.b = [1, 2]."
+    )
 
 
 def test_every_default_set_is_described() -> None:
