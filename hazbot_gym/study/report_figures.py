@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 INK, SOFT, GRID = "#1c2127", "#5c6670", "#e4e7ea"
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
+LOGARITHMIC = {"type": "log", "dtick": "D2"}  # with labels at 1, 2 and 5
 WIDE = 10.0  # ratio of intrusions from which on their axis is logarithmic
 EVERY = 5  # instants between two points of a distance plot
 
@@ -90,7 +91,7 @@ def front(block: Mapping[str, Any], looks: Styles) -> Figure:
     figure.update_xaxes(title="time ratio (1: as if alone)")
     intrusions = [point["mean"][1] for point in known.values()]
     is_wide = min(intrusions, default=0.0) > 0.0 and max(intrusions) > WIDE * min(intrusions)
-    scale = {"type": "log"} if is_wide else {"rangemode": "tozero"}
+    scale = LOGARITHMIC if is_wide else {"rangemode": "tozero"}
     figure.update_yaxes(title="kinetic intrusion [m²]", **scale)
     return _finish(figure)
 
@@ -119,7 +120,7 @@ def families(block: Mapping[str, Any]) -> Figure:
             hovertemplate="%{text}<br>time ratio %{x:.3f}<br>kinetic intrusion %{y:.4f} m²",
         )
     figure.update_xaxes(title="time ratio (1: as if alone)", range=[1.0, 2.5])
-    figure.update_yaxes(title="kinetic intrusion [m²]", type="log")
+    figure.update_yaxes(title="kinetic intrusion [m²]", **LOGARITHMIC)
     return _finish(figure)
 
 
