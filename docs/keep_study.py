@@ -60,4 +60,4 @@ if __name__ == "__main__":
     folders = dict(argument.split("=", 1) for argument in sys.argv[1:])
     record = json.loads(RECORD.read_text(encoding="utf-8"))
     record |= {part: PARTS[part](Path(folder)) for part, folder in folders.items()}
-    write_json(RECORD, {part: record[part] for part in PARTS if part in record})
+    write_json(RECORD, record)

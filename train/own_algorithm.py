@@ -11,8 +11,9 @@ import gymnasium
 import numpy as np
 
 import hazbot_gym  # noqa: F401  (registers the environments)
-from hazbot_gym.policies.actor import Actor, Layer
+from hazbot_gym.policies.actor import Actor
 from hazbot_gym.policies.actor_file import describe
+from hazbot_gym.policies.layer import Layer
 from hazbot_gym.study.export import export_actor
 from hazbot_gym.study.rollout import evaluate
 from hazbot_gym.study.summary import means

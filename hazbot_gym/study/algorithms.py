@@ -18,12 +18,12 @@ from stable_baselines3.common.noise import NormalActionNoise
 from stable_baselines3.common.utils import LinearSchedule
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.study.blinkers import Blinkers, hidden_entries
+from hazbot_gym.study.blinkers import Blinkers
 from hazbot_gym.study.dagger import BC, DAgger
 from hazbot_gym.study.imitation import teacher_of
 from hazbot_gym.study.lagrangian import PPOLagrangian
 from hazbot_gym.study.timed_critic import TimedCriticPolicy
-from hazbot_gym.study.train_config import PUPILS, TrainConfig
+from hazbot_gym.study.train_config import PUPILS, TrainConfig, hidden_entries
 from hazbot_gym.study.training_envs import TrainingEnvs
 from hazbot_gym.task.observation import LAYOUTS
 

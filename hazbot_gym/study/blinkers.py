@@ -6,14 +6,11 @@ only zeros where its first layer would have read it. What a residual's base sees
 
 from __future__ import annotations
 
-import fnmatch
 from collections.abc import Sequence
 from typing import Any
 
 import torch
 from stable_baselines3.common.torch_layers import FlattenExtractor
-
-from hazbot_gym.task.observation import Layout
 
 
 class Blinkers(FlattenExtractor):
@@ -36,12 +33,3 @@ class Blinkers(FlattenExtractor):
         """Return what is left of observations (N, width)."""
         features: torch.Tensor = super().forward(observations)
         return features * self.seen
-
-
-def hidden_entries(patterns: Sequence[str], layout: Layout) -> list[int]:
-    """Return the entries of a tier's observations whose names fit one of some patterns."""
-    return [
-        i
-        for i, name in enumerate(layout.names)
-        if any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
-    ]

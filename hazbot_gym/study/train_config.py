@@ -9,6 +9,7 @@ from __future__ import annotations
 import fnmatch
 import hashlib
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -20,7 +21,7 @@ from hazbot_gym.envs.registration import NAMESPACE
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import rollout
 from hazbot_gym.study.config import Engine, ScenarioSet
-from hazbot_gym.task.observation import LAYOUTS
+from hazbot_gym.task.observation import LAYOUTS, Layout
 
 Algorithm = Literal["ppo", "sac", "td3", "tqc", "dqn", "recurrent_ppo", "bc", "dagger"]
 PUPILS = ("bc", "dagger")  # that learn from a teacher alone, never from rewards
@@ -74,9 +75,7 @@ class TrainConfig(Section):
     seed: Annotated[int, Ge(0), Le(2**32 - 1)] = 0
     reward_scale: Annotated[float, Gt(0)] = 0.05  # brings rewards near 1; logged returns are bare
     shaping: Literal["none", "free_drive"] = "none"  # free_drive: see study/shaping.py
-    hidden: tuple[
-        str, ...
-    ] = ()  # fields that the networks do not see (blinkers.py); * for anything
+    hidden: tuple[str, ...] = ()  # fields that networks do not see (study/blinkers.py), with *
     timed_critic: bool = False  # whether the critic knows the time left; only for ppo
     imitation: Annotated[Imitation | None, Field(validate_default=True)] = None  # ppo, bc, dagger
     residual: Residual | None = None  # corrections of a base; for ppo and recurrent_ppo
@@ -126,7 +125,7 @@ class TrainConfig(Section):
     @classmethod
     def _are_fields(cls, patterns: tuple[str, ...]) -> tuple[str, ...]:
         for pattern in patterns:
-            if not fnmatch.filter(LAYOUTS["tracks"].names, pattern):
+            if not hidden_entries([pattern], LAYOUTS["tracks"]):
                 raise ValueError(
                     f"given {pattern!r}, allowed are names of the observation's fields, * in them "
                     "for anything"
@@ -164,6 +163,15 @@ def load_training(path: Path | None = None, **changes: Any) -> TrainConfig:
         return TrainConfig.model_validate(values)
     except ValidationError as error:
         raise InvalidInput(first_error(error, TrainConfig)) from error
+
+
+def hidden_entries(patterns: Sequence[str], layout: Layout) -> list[int]:
+    """Return the entries of a tier's observations whose names fit one of some patterns."""
+    return [
+        i
+        for i, name in enumerate(layout.names)
+        if any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
+    ]
 
 
 def shares(total: int, parts: int) -> list[int]:

@@ -12,8 +12,9 @@ from stable_baselines3 import DQN, PPO
 from hazbot_gym import policies
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.policies import learned
-from hazbot_gym.policies.actor import Actor, Layer
+from hazbot_gym.policies.actor import Actor
 from hazbot_gym.policies.actor_file import describe, write
+from hazbot_gym.policies.layer import Layer
 from hazbot_gym.task.observation import LAYOUTS
 
 

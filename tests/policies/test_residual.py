@@ -11,8 +11,9 @@ import pytest
 
 from hazbot_gym import policies
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.policies.actor import Actor, Layer
+from hazbot_gym.policies.actor import Actor
 from hazbot_gym.policies.actor_file import card, describe, read, write
+from hazbot_gym.policies.layer import Layer
 from hazbot_gym.policies.residual import corrected
 
 

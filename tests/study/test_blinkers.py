@@ -12,8 +12,7 @@ import torch
 from hazbot_gym import policies
 from hazbot_gym.policies.from_sb3 import actor_of
 from hazbot_gym.study.algorithms import make_model
-from hazbot_gym.study.blinkers import hidden_entries
-from hazbot_gym.study.train_config import TrainConfig, load_training
+from hazbot_gym.study.train_config import TrainConfig, hidden_entries, load_training
 from hazbot_gym.study.training import train
 from hazbot_gym.study.training_envs import make_envs
 from hazbot_gym.task.observation import LAYOUTS
