@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import NamedTuple
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from hazbot_gym.paper import docs_page
 from hazbot_gym.study import (
@@ -21,17 +22,26 @@ ROOT = DOCS.parent
 
 
 class Page(NamedTuple):
-    """A page, what makes it of its template, and of which record."""
+    """A page, what makes it of its template, and of which record; others by argument."""
 
     name: str
     fill: Callable[..., str]
     record: Path
+    others: Mapping[str, Path] = MappingProxyType({})
 
     def text(self) -> str:
         """Return what the template and the record make."""
         template = (DOCS / f"{self.name}.template.md").read_text(encoding="utf-8")
-        content = json.loads(self.record.read_text(encoding="utf-8"))
-        return self.fill(template, content, name=self.record.relative_to(ROOT).as_posix())
+        content, others = (
+            read(self.record),
+            {name: read(path) for name, path in self.others.items()},
+        )
+        return self.fill(template, content, name=self.record.relative_to(ROOT).as_posix(), **others)
+
+
+def read(record: Path) -> Any:
+    """Return a record."""
+    return json.loads(record.read_text(encoding="utf-8"))
 
 
 RECORDS = ROOT / "benchmarks"
@@ -41,7 +51,12 @@ PAGES = (
     Page("people", calibration_report.page, RECORDS / "calibration.json"),
     Page("training", training_report.page, RECORDS / "training.json"),
     Page("study", study_report.page, RECORDS / "study.json"),
-    Page("paper", docs_page.page, RECORDS / "paper.json"),
+    Page(
+        "paper",
+        docs_page.page,
+        RECORDS / "paper.json",
+        {"calibration": RECORDS / "calibration.json"},
+    ),
 )
 
 README, BEGIN, END = ROOT / "README.md", "<!-- the study's headline -->\n", "<!-- end -->"
@@ -50,8 +65,8 @@ README, BEGIN, END = ROOT / "README.md", "<!-- the study's headline -->\n", "<!-
 def readme() -> str:
     """Return the README with its table as the record of the study has it."""
     before, _, rest = README.read_text(encoding="utf-8").partition(BEGIN)
-    record = json.loads((RECORDS / "study.json").read_text(encoding="utf-8"))
-    return f"{before}{BEGIN}{study_report.readme_table(record)}\n{END}{rest.partition(END)[2]}"
+    table = study_report.readme_table(read(RECORDS / "study.json"))
+    return f"{before}{BEGIN}{table}\n{END}{rest.partition(END)[2]}"
 
 
 if __name__ == "__main__":

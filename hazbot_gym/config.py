@@ -255,6 +255,12 @@ _AS_BUILT = {  # the drive in earnest, and a robot that starts when people do
     },
 }
 
+# The front wall that the crossing experiment ends at; where it stood is not printed.
+_FRONT_WALL = {
+    "place_options": {"length_m": 8.0, "end_wall_m": 0.35},
+    "drive": {"reflex_stop_m": 0.5},
+}
+
 _C_STAR_RAD = math.radians(-66.9)
 _E_STAR = _paper_scenario(4.479, 0.800, -0.5, 0.0)
 _E_FAR = _paper_scenario(5.442, 0.800, -0.5, 0.0)
@@ -266,6 +272,7 @@ SCENARIOS: dict[str, dict[str, Any]] = {
     "C90": _paper_scenario(3.889, 3.889, 0.0, -0.5),  # crossing at a right angle
     "E-experiment": merge(_E_FAR, _AS_BUILT),
     "C-experiment": merge(_C_STAR, _AS_BUILT),
+    "C-experiment+wall": merge(merge(_C_STAR, _AS_BUILT), _FRONT_WALL),
     "circle": _CIRCLE,  # nobody there
     "circle+human": merge(_CIRCLE, _HUMAN_ON_THE_WAY),  # the paper's Figure 19
 }

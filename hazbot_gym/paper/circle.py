@@ -18,14 +18,13 @@ from hazbot_gym.core.geometry import circle_path, path_length, path_pose
 from hazbot_gym.core.jit import lean_kernel
 from hazbot_gym.core.kinematics import Pose
 from hazbot_gym.core.state import LEFT, RIGHT, ROBOT, WHEEL, Floats, Records, as_record, records
+from hazbot_gym.paper.numbers import reported
 from hazbot_gym.sim.drive import drive_parameters, start_drive, update_pose_error
 from hazbot_gym.sim.lanes import DRIVE_LANES, drive_alone, drive_values, load_lane, store_lane
 from hazbot_gym.task.place_data import build_place
-from hazbot_gym.task.places import circle
+from hazbot_gym.task.places import CIRCLE_RADIUS_M, circle
 
-_PLACE = circle()  # of the scenario ``circle``
-RADIUS_M = _PLACE.path.circle.radius_m  # Table 3's; the text says about 3.5 m
-START = Pose(*path_pose(build_place(_PLACE).path.view(np.recarray), 0.0)[:3])
+START = Pose(*path_pose(build_place(circle()).path.view(np.recarray), 0.0)[:3])
 BAND = 0.001  # of a converged error [m, rad]
 PHYSICS_S = 0.01  # the paper's sampling interval
 NOISE = {  # of Table 2, as the drive has it unless a scenario silences it
@@ -78,6 +77,12 @@ def paper_drive(**changes: Any) -> Drive:
     return make_config(scenario="circle", drive=changes).drive
 
 
+def reported_figures(controller: str) -> Figures:
+    """Return the four numbers that the paper reports of ``"fuzzy-PID"`` or ``"PID"``."""
+    numbers, short = reported().numbers, {"fuzzy-PID": "fuzzy", "PID": "pid"}[controller]
+    return Figures(*(numbers[f"circle_{short}_{field}"].paper for field in Figures._fields))
+
+
 @lean_kernel
 def _drive_lap(
     robots: Records, wheels: Records, path: Records, command_mps: float, parameters: Records,
@@ -101,7 +106,7 @@ def _drive_lap(
 def drive_lap(
     drive: Drive,
     *,
-    radius_m: float = RADIUS_M,
+    radius_m: float = CIRCLE_RADIUS_M,
     physics_s: float = PHYSICS_S,
     load: Load = NO_LOAD,
     key: int = 0,
@@ -128,7 +133,7 @@ def drive_lap(
     )  # fmt: skip
     s, x, y, x_e, y_e, theta_e = out.T
     return Lap(
-        time_s=physics_s * np.arange(1, len(out) + 1),
+        time_s=physics_s * np.arange(1, len(out) + 1, dtype=np.float64),
         x_r=radius_m * np.sin(s / radius_m),
         y_r=radius_m * (1.0 - np.cos(s / radius_m)),
         x=x,
@@ -192,10 +197,8 @@ def critical_points(lap: Lap) -> list[Point]:
         window = slice(first, min(last, steps))
         away = np.hypot(lap.x_r[window] - printed.xr, lap.y_r[window] - printed.yr)
         k = first + int(np.argmin(away))
-        found.append(
-            Point(*(float(column[k]) for column in (lap.x_r, lap.y_r, lap.x, lap.y)),
-                  float(lap.position_m[k]), float(lap.angle_rad[k]))
-        )  # fmt: skip
+        row = (lap.x_r, lap.y_r, lap.x, lap.y, lap.position_m, lap.angle_rad)  # of ``Point``
+        found.append(Point._make(float(column[k]) for column in row))
     return found
 
 

@@ -7,29 +7,32 @@ from string import Template
 from typing import Any
 
 from hazbot_gym.paper.tables import shown, summary_line
+from hazbot_gym.study.calibration_report import DIFFERENCES, difference_rows
 from hazbot_gym.study.plain_tables import Rows, markdown_table
 
 Record = Mapping[str, Any]
 LINES = ("item", "what", "here", "in the code")
 NUMBERS = ("number", "where", "paper", "here", "tolerance", "verdict")
-MISSED = ("number", "paper", "here", "verdict")
+MISSED = ("number", "paper", "here", "verdict", "why")
 
 
-def page(template: str, record: Record, *, name: str) -> str:
+def page(template: str, record: Record, *, name: str, calibration: dict[str, Any]) -> str:
     """Fill the page's template.
 
     Args:
         template: With ``$`` placeholders.
         record: A ``paper.json``.
         name: Of its file, from the root of the repository.
+        calibration: The record that ``hazbot calibrate`` left.
     """
     return Template(template).substitute(
         record=name,
         summary=summary_line(record),
         findings="\n\n".join(findings(record)),
+        people=markdown_table(DIFFERENCES, difference_rows(calibration)),
         lines=markdown_table(LINES, line_rows(record), wordy=LINES),
         numbers=markdown_table(NUMBERS, number_rows(record), wordy=("where", "verdict")),
-        missed=markdown_table(MISSED, missed_rows(record), wordy=("verdict",)),
+        missed=markdown_table(MISSED, missed_rows(record), wordy=("verdict", "why")),
     )
 
 
@@ -76,7 +79,8 @@ def missed_rows(record: Record) -> Rows:
             f"{entry['what']} ({entry['source']})",
             shown(entry["paper"], entry["unit"]),
             shown(entry["here"]),
-            entry["verdict"],
+            entry["verdict"].partition(":")[0],
+            entry["reason"],
         )
         for entry in record["numbers"]
         if entry["verdict"] != "reproduced"

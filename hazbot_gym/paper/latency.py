@@ -23,9 +23,14 @@ EXTRA_S = 0.1  # of moving within 1.5 m, more than without a delay
 STEPS = (0, 1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30)  # decisions of delay
 FAMILIES = ("Crossing", "Encountering")
 FAMILY_STEPS = (0, 5, 10, 20)
-FAMILY_METRICS = ("contact_robot_caused", "kinetic_intrusion_m2", "time_ratio", "return")
+FAMILY_METRICS = {  # and how they are called in tables
+    "contact_robot_caused": "contact by the robot [share]",
+    "kinetic_intrusion_m2": "kinetic intrusion [m²]",
+    "time_ratio": "time ratio",
+    "return": "return",
+}
 # The drive in earnest, with the noise of Table 2.
-EARNEST = {
+EARNEST: dict[str, dict[str, Any]] = {
     "drive": {"wheel_loop": "fuzzy_pid", "plant": "B"},
     "sensors": {"tracker": {"position_noise_m": 0.03}},
 }

@@ -38,6 +38,18 @@ class Events(NamedTuple):
     slow_outside_s: float  # how long it was below 98 % with the human beyond 3.0 m
 
 
+EVENT_NAMES = (  # of ``Events``, as heads of tables
+    "decelerates [s]",
+    "stops [s]",
+    "recovers [s]",
+    "least distance [m]",
+    "slowest [m/s]",
+    "moves within 1.5 m [s]",
+    "touches the human moving [share]",
+    "slow beyond 3.0 m [s]",
+)
+
+
 class Meeting(NamedTuple):
     """A meeting, sampled at every decision; all arrays (T,)."""
 
@@ -113,6 +125,17 @@ def events(meeting: Meeting, *, nominal_mps: float = 0.5, is_measured: bool = Fa
         hits=float(meeting.is_touching and is_moving[-1]),
         slow_outside_s=step_s * float(((share < SLOWER) & is_outside)[start:].sum()),
     )
+
+
+def falls_below_s(meeting: Meeting, share: float, *, nominal_mps: float = 0.5) -> float:
+    """Return when the commanded speed first falls below a share of nominal; NaN if it does not."""
+    return _at(meeting, _first(meeting.command_mps < share * nominal_mps))
+
+
+def slows_for_good_s(meeting: Meeting, *, nominal_mps: float = 0.5) -> float:
+    """Return when the robot's own speed last leaves nominal; NaN if it never has it."""
+    fast = np.flatnonzero(meeting.speed_mps >= SLOWER * nominal_mps)
+    return _at(meeting, int(fast[-1]) + 1) if len(fast) else np.nan
 
 
 def _first(is_so: Any) -> int:

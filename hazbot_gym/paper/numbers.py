@@ -49,7 +49,7 @@ class Number(BaseModel):
     paper: float
     unit: str
     rule: str
-    reason: str = ""  # why it cannot be reproduced, where it cannot
+    reason: str = ""  # why it cannot be reproduced, or only nearly, where it cannot
 
 
 class Reported(BaseModel):
@@ -105,6 +105,7 @@ def entries(here: Mapping[str, float]) -> list[dict[str, Any]]:
             "tolerance": known.rules[number.rule].tolerance_for(number.paper),
             "rule": number.rule,
             "verdict": verdict(number, here.get(name)),
+            "reason": number.reason,
         }
         for name, number in known.numbers.items()
     ]

@@ -9,9 +9,9 @@ from typing import Any
 
 from hazbot_gym import __version__
 from hazbot_gym.errors import MissingExtra
-from hazbot_gym.paper.chapter import Cell, Chapter
+from hazbot_gym.paper.chapter import Cell, Chapter, Table
 from hazbot_gym.paper.lines import lines
-from hazbot_gym.paper.numbers import reported
+from hazbot_gym.paper.numbers import REPRODUCED, reported
 from hazbot_gym.paper.tables import shown, summary_line
 from hazbot_gym.study import plain_tables
 
@@ -19,6 +19,9 @@ try:
     import jinja2
 except ImportError as error:
     raise MissingExtra(error.name or "jinja2", "study") from error
+
+
+LONG = 12  # characters of a cell that is more than a number with its unit
 
 
 def make_page(record: Mapping[str, Any], chapters: list[Chapter]) -> str:
@@ -35,6 +38,7 @@ def make_page(record: Mapping[str, Any], chapters: list[Chapter]) -> str:
             summary=summary_line(record),
             chapters=chapters,
             numbers=own,
+            missed=[entry for entry in record["numbers"] if entry["verdict"] != REPRODUCED],
             absent=[entry for name, entry in numbers.items() if name not in found],
             rules=reported().rules,
             lines=lines(),
@@ -44,6 +48,16 @@ def make_page(record: Mapping[str, Any], chapters: list[Chapter]) -> str:
 
 def _cell(value: Cell) -> str:
     return value if isinstance(value, str) else plain_tables.shown(value)
+
+
+def _wordy(table: Table) -> set[int]:
+    """Return the columns that hold sentences or lists, which are flush left."""
+    return {
+        place
+        for row in table.rows
+        for place, value in enumerate(row)
+        if isinstance(value, str) and " " in value and len(value) > LONG
+    }
 
 
 def _data(svg: str) -> str:
@@ -67,5 +81,5 @@ def _environment() -> jinja2.Environment:
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    environment.filters |= {"cell": _cell, "data": _data, "shown": shown}
+    environment.filters |= {"cell": _cell, "data": _data, "shown": shown, "wordy": _wordy}
     return environment

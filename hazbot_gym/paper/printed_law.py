@@ -29,9 +29,10 @@ from hazbot_gym.core.tracking import (
     printed_tracking_law,
     tracking_law,
 )
-from hazbot_gym.paper.circle import PHYSICS_S, RADIUS_M, paper_drive
+from hazbot_gym.paper.circle import PHYSICS_S, paper_drive
 from hazbot_gym.sim.drive import drive_parameters
 from hazbot_gym.sim.lanes import DriveParameters, drive_values, loop_gains
+from hazbot_gym.task.places import CIRCLE_RADIUS_M
 
 LAWS = {
     "(12c)": "corrected: x_e and v_r y_e",
@@ -107,10 +108,10 @@ def left_over(law: str, plant: str = "A") -> Left:
     wheels = records(WHEEL, 2)
     wheels["error"] = np.nan
     drive = paper_drive(plant=plant)
-    steps = int(2.0 * math.pi * RADIUS_M / drive.nominal_speed_mps / PHYSICS_S)
+    steps = int(2.0 * math.pi * CIRCLE_RADIUS_M / drive.nominal_speed_mps / PHYSICS_S)
     parameters = as_record(drive_parameters(drive, PHYSICS_S))
     position, angle = _final_error(
-        list(LAWS).index(law), RADIUS_M, steps, wheels, parameters, gain_table(drive.tables)
+        list(LAWS).index(law), CIRCLE_RADIUS_M, steps, wheels, parameters, gain_table(drive.tables)
     )
-    is_finite = math.isfinite(position) and position < 2.0 * RADIUS_M
+    is_finite = math.isfinite(position) and position < 2.0 * CIRCLE_RADIUS_M
     return Left(position, angle) if is_finite else Left(math.inf, math.inf)

@@ -45,6 +45,7 @@ READINGS = (
     _other("eq 8b, t = 1 s", "horizon"),
     _other("eq 8b, t = elapsed time", "elapsed"),
     _other("75 and 90 % of the way from 1.5 to 3.0 m", "span"),
+    _other("all terms of distance 0.25 m wide", "width"),
     _other("slow and fast divided at 0.5 m/s", "split"),
     Reading("four ultrasonic sensors instead of tracked people", "fuzzy_expert", {"tier": "sonar"}),
 )

@@ -38,9 +38,10 @@ CHAPTERS = (
     "sensors",
     "meetings",
     "circle",
+    "motor",
     "combination",
 )
-LONGEST_FIRST = ("tuned_pid", "circle", "control_system", "speed_controller", "meetings")
+LONGEST_FIRST = ("motor", "tuned_pid", "circle", "control_system", "speed_controller", "meetings")
 
 Record = dict[str, Any]
 

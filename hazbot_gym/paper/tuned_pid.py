@@ -1,10 +1,9 @@
 """Is it the fuzziness? Both controllers tuned with one budget, then compared over many plants.
 
 The paper compares its fuzzy-PID with a PID of the same initial gains, tuned by nobody. Here PID and
-fuzzy-PID are tuned alike: by differential evolution (Storn and Price 1997) with the same number of
-laps, the same first population size and the same objective, on plant B alone, and neither may use
-gains beyond those which the paper's fuzzy-PID can reach. Then all four drive the circle on plants
-and under disturbances that none of them was tuned for.
+fuzzy-PID are tuned alike: with the same search, number of laps and objective, on plant B alone, and
+neither may use gains beyond those which the paper's fuzzy-PID can reach. Then all four drive the
+circle on plants and under disturbances that none of them was tuned for.
 """
 
 from __future__ import annotations
@@ -14,13 +13,12 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import differential_evolution
-from scipy.stats import qmc
 
 from hazbot_gym.core.fuzzy_pid import FuzzyPid
 from hazbot_gym.core.pid import PidGains, Plant
 from hazbot_gym.core.state import Floats
 from hazbot_gym.paper.circle import NO_LOAD, NOISE, Figures, Load, drive_lap, figures, paper_drive
+from hazbot_gym.paper.evolution import search
 
 REACH = 2.69  # of a fuzzy output on [-3, 3] (SPEC section 5)
 BASE, SPAN = PidGains(), FuzzyPid()
@@ -32,7 +30,6 @@ MOST = np.array(
         BASE.kd + SPAN.kd_span * REACH,
     ]
 )
-MEMBERS = 16  # of a population
 LOST_M = 1.0  # a position error beyond which a controller has diverged
 
 Drive = dict[str, Any]  # values of the config's drive section
@@ -99,28 +96,19 @@ def tune(
     Args:
         controller_of: Makes the drive of numbers in [0, room].
         size: How many numbers.
-        generations: After the first; the budget is ``MEMBERS * (generations + 1)`` laps.
+        generations: Of the search; see ``evolution.search``.
         seed: Of the search.
         room: How many times the largest gains a PID may have.
     """
-    of_paper_pid, laps = run(pid(BASE)), 0
-
-    def miss(shares: Floats) -> float:
-        nonlocal laps
-        laps += 1
-        found = objective(run(controller_of(shares)), of_paper_pid)
-        return found if np.isfinite(found) else 1e6
-
-    result = differential_evolution(
-        miss,
-        [(0.0, room)] * size,
-        init=room * qmc.Sobol(size, seed=seed).random(MEMBERS),
-        maxiter=generations,
-        tol=0.0,  # the whole budget, whatever it brings
-        polish=False,
-        rng=np.random.default_rng(seed),
+    of_paper_pid = run(pid(BASE))
+    found = search(
+        lambda shares: objective(run(controller_of(shares)), of_paper_pid),
+        size,
+        generations=generations,
+        seed=seed,
+        room=room,
     )
-    return Tuned(controller_of(result.x), float(result.fun), laps)
+    return Tuned(controller_of(found.shares), found.cost, found.tries)
 
 
 class Grid(NamedTuple):

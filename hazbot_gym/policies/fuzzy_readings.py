@@ -39,9 +39,11 @@ Reading = Literal[
     "horizon",  # eq 8b with t = 1 s (A14)
     "elapsed",  # eq 8b with t = the time since the start (A14)
     "span",  # 75 and 90 % of the way from 1.5 to 3.0 m (A9)
+    "width",  # all terms of the distance 0.25 m wide, whatever their spacing (SPEC 4.1)
     "split",  # slow and fast divided at 0.5 instead of 0.975 m/s (A19)
 ]
 READINGS: tuple[str, ...] = get_args(Reading)
+COMMON_WIDTH_M = 0.25  # of the reading "width": nearest to the paper's times (SPEC 4.1)
 
 
 def _widths(centres: Floats) -> Floats:
@@ -76,6 +78,10 @@ class FuzzyReading(FuzzyExpert):
             span = AVOIDANCE_M - SENSITIVE_M
             centres = SENSITIVE_M + span * np.array([0.0, 0.75, 0.9, 1.0])
             return chosen._replace(distance=_widths(centres))
+        if self.reading == "width":
+            distance = chosen.distance.copy()
+            distance[:, 1:][np.isfinite(distance[:, 1:])] = COMMON_WIDTH_M
+            return chosen._replace(distance=distance)
         if self.reading == "split":
             return chosen._replace(speed=_widths(np.array([1.0, 2.0]) / 3.0))
         return chosen

@@ -14,6 +14,7 @@ Record = dict[str, Any]
 CONSTANTS = ("constant", "fitted", "as shipped", "Helbing and Molnár 1995")
 LOSSES = ("loss on the runs fitted on", "fitted", "as shipped", "Helbing and Molnár 1995")
 SPEEDS = ("run", "people per m²", "moments", "real", "model", "drawn", "Helbing and Molnár 1995")
+DIFFERENCES = ("mean speed off at worst [m/s]", "as calibrated", "Helbing and Molnár 1995")
 DISTANCES = ("run", "", "came in", "nearest", "nearest p5", "encountering", "confronting")
 PERCENTILES = ("run", "", "p5", "p25", "p50", "p75", "p95")
 SETS = ("fitted", "shipped", "helbing_molnar_1995")
@@ -79,6 +80,14 @@ def speed_rows(record: Record) -> Rows:
             span = f"{shown(each['low'])} to {shown(each['high'])}"
             rows.append((_name(run), span, str(each["samples"]), *speeds))
     return rows
+
+
+def difference_rows(record: Record) -> Rows:
+    """Return how far the mean speed is off at worst, over the densities of each run [m/s]."""
+    return [
+        (_name(run), *(shown(run["largest_speed_difference_mps"][side]) for side in SIDES[1::2]))
+        for run in record["runs"]
+    ]
 
 
 def distance_rows(record: Record) -> Rows:

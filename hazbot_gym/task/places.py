@@ -21,11 +21,22 @@ from hazbot_gym.task.place_data import (
     build_place,
 )
 
+CIRCLE_RADIUS_M = 3.431  # of the paper's circle: Table 3; the text says about 3.5 m
 
-def open_floor(*, length_m: float = 12.0) -> PlaceData:
-    """Return a floor without walls and a straight path: the paper's simulations (section 5.2)."""
+
+def open_floor(*, length_m: float = 12.0, end_wall_m: float = 0.0) -> PlaceData:
+    """Return an open floor with a straight path: the paper's simulations (section 5.1).
+
+    Args:
+        length_m: Of the path.
+        end_wall_m: How far behind the path's end a wall stands across it; 0: nowhere.
+    """
+    wall_m = length_m + end_wall_m
     return PlaceData(
-        name="open", path=PathData(points=[(0.0, 0.0), (length_m, 0.0)]), along_room_m=1.5
+        name="open",
+        walls=((wall_m, -2.0, wall_m, 2.0),) if end_wall_m else (),
+        path=PathData(points=[(0.0, 0.0), (length_m, 0.0)]),
+        along_room_m=1.5,
     )
 
 
@@ -98,7 +109,7 @@ def doorway(*, width_m: float = 2.4, door_m: float = 1.2, length_m: float = 12.0
     )
 
 
-def circle(*, radius_m: float = 3.431) -> PlaceData:
+def circle(*, radius_m: float = CIRCLE_RADIUS_M) -> PlaceData:
     """Return the paper's circle (Table 3) in an open hall; people walk straight across it."""
     r, reach = radius_m, radius_m + 5.0
     return PlaceData(

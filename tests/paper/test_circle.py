@@ -12,7 +12,6 @@ import pytest
 from hazbot_gym.core.fuzzy_pid import FuzzyPid
 from hazbot_gym.core.pid import PLANTS
 from hazbot_gym.paper.circle import (
-    RADIUS_M,
     TABLE_3,
     Figures,
     Load,
@@ -23,6 +22,7 @@ from hazbot_gym.paper.circle import (
     paper_drive,
     printed_errors,
 )
+from hazbot_gym.task.places import CIRCLE_RADIUS_M
 
 REFERENCE = json.loads(
     (Path(__file__).parents[1] / "reference" / "tracking_circle.json").read_text(encoding="utf-8")
@@ -105,7 +105,9 @@ def test_critical_points_lie_on_the_circle_a_quarter_apart() -> None:
 
     for point, printed in zip(points, TABLE_3, strict=True):
         assert (point.xr, point.yr) == pytest.approx((printed.xr, printed.yr), abs=0.005)
-        assert math.hypot(point.xr, point.yr - RADIUS_M) == pytest.approx(RADIUS_M, abs=1e-3)
+        assert math.hypot(point.xr, point.yr - CIRCLE_RADIUS_M) == pytest.approx(
+            CIRCLE_RADIUS_M, abs=1e-3
+        )
         assert point.position == pytest.approx(
             math.hypot(point.x - point.xr, point.y - point.yr), abs=1e-9
         )

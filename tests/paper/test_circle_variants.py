@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from hazbot_gym.paper.circle import BAND, NOISE, RADIUS_M, START, Figures, drive_lap, paper_drive
+from hazbot_gym.paper.circle import BAND, NOISE, START, Figures, drive_lap, paper_drive
 from hazbot_gym.paper.circle_variants import LOOPS, bands, noisy, plants, variants
+from hazbot_gym.task.places import CIRCLE_RADIUS_M
 
 REFERENCE = json.loads(
     (Path(__file__).parents[1] / "reference" / "tracking_circle.json").read_text(encoding="utf-8")
@@ -96,5 +97,5 @@ def test_noise_of_the_circle_is_that_of_table_2() -> None:
 
 
 def test_the_circle_is_that_of_table_3_and_starts_where_the_paper_says() -> None:
-    assert REFERENCE["radius_m"] == RADIUS_M
+    assert REFERENCE["radius_m"] == CIRCLE_RADIUS_M
     assert START == (0.0, 0.0, 0.0)

@@ -7,7 +7,15 @@ import numpy.typing as npt
 import pytest
 
 from hazbot_gym.config import SCENARIOS, make_config
-from hazbot_gym.paper.meetings import Meeting, events, meet, spread, start_of
+from hazbot_gym.paper.meetings import (
+    Meeting,
+    events,
+    falls_below_s,
+    meet,
+    slows_for_good_s,
+    spread,
+    start_of,
+)
 from hazbot_gym.paper.numbers import reported
 
 
@@ -47,6 +55,16 @@ def test_events_by_hand() -> None:
     assert found.moving_inside_s == pytest.approx(0.1)
     assert found.hits == 0.0
     assert found.slow_outside_s == 0.0
+
+
+def test_shares_of_the_speed_by_hand() -> None:
+    one = meeting([1.0, 0.5, 0.09, 0.0, 0.5, 1.0, 0.7, 0.0])
+    assert falls_below_s(one, 0.1) == pytest.approx(0.2)
+    assert falls_below_s(one, 1e-9) == pytest.approx(0.3)
+    assert slows_for_good_s(one) == pytest.approx(0.6)
+    assert math.isnan(falls_below_s(meeting([1.0, 0.5]), 0.1))
+    assert math.isnan(slows_for_good_s(meeting([0.9, 0.5])))
+    assert math.isnan(slows_for_good_s(meeting([0.9, 1.0])))
 
 
 def test_what_does_not_happen_is_nan() -> None:

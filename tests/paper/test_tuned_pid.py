@@ -10,7 +10,8 @@ from hazbot_gym.core.fuzzy_pid import FuzzyPid
 from hazbot_gym.core.pid import PidGains
 from hazbot_gym.paper import tuned_pid
 from hazbot_gym.paper.circle import Figures
-from hazbot_gym.paper.tuned_pid import MEMBERS, MOST, lost, objective, tune, wins
+from hazbot_gym.paper.evolution import MEMBERS
+from hazbot_gym.paper.tuned_pid import MOST, lost, objective, tune, wins
 
 REFERENCE = json.loads(
     (Path(__file__).parents[1] / "reference" / "tracking_circle.json").read_text(encoding="utf-8")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hazbot_gym.paper.chapter import Chapter, Picture, Table
 from hazbot_gym.paper.combination import combine
 from hazbot_gym.paper.figures import control as figures
-from hazbot_gym.paper.meetings import spread
+from hazbot_gym.paper.meetings import EVENT_NAMES, spread
 
 LAST_S = 10.0  # of a lap, in which the error shows whether the robot goes on along its circle
 
@@ -57,7 +57,7 @@ def chapter(quick: bool) -> Chapter:
                 ("event", "mean", "deviation"),
                 [
                     (name, f"{each['mean']:.3f}", f"{each['sd']:.3f}")
-                    for name, each in spreads.items()
+                    for name, each in zip(EVENT_NAMES, spreads.values(), strict=True)
                 ],
             ),
         ),
@@ -67,7 +67,8 @@ def chapter(quick: bool) -> Chapter:
                 "Figure 19",
                 "From above: robot (squares) and human (circles) every 2 s; the dotted line joins "
                 "them when the robot decelerates, the solid one when it stands. Below: speed, "
-                "distance and position error with the human, and alone (dashed).",
+                "distance and position error with the human, and alone (dashed); shaded: where all "
+                "noise seeds lie.",
                 figures.combination(found),
             ),
         ),

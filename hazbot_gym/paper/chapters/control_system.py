@@ -117,8 +117,7 @@ def _text(
         f"when crossing. {touched} Among people who are drawn at random and react to the robot "
         f"({worst['family']}), {worst['delay_s']:g} s of delay raise the kinetic intrusion from "
         f"{prompt['kinetic_intrusion_m2']:.2f} to {worst['kinetic_intrusion_m2']:.2f} m^2; "
-        "contacts that the robot causes end at most "
-        f"{100.0 * max(row['contact_robot_caused'] for row in families):.0f} % of the episodes. So "
+        f"{_contacts(families)} So "
         f"the claim holds for {_below(first_s)} where the distance is concerned that the paper "
         f"means to keep, and in its two geometries for {_below(first_hit)} where touching is.",
         "The grayscale sensor of eight lamps is an option (drive.line_sensor); the paper prints "
@@ -129,6 +128,13 @@ def _text(
         f"it apart or more, {500.0 * min(filter(None, lamps)):.1f} mm at the smallest one tried: a "
         "convergence to 0.001 m cannot be read off them.",
     )
+
+
+def _contacts(families: list[dict[str, float]]) -> str:
+    most = max(row["contact_robot_caused"] for row in families)
+    if most == 0.0:
+        return "the robot causes no contact in any episode."
+    return f"contacts that the robot causes end up to {100.0 * most:.0f} % of the episodes."
 
 
 def _seconds(value: float) -> str:
@@ -142,12 +148,9 @@ def _below(first_s: float) -> str:
 def _family_table(families: list[dict[str, float]]) -> Table:
     return Table(
         "The fuzzy strategy with late commands among people who react",
-        ("family, delay", *latency.FAMILY_METRICS),
+        ("family, delay", *latency.FAMILY_METRICS.values()),
         [
-            (
-                f"{row['family']}, {row['delay_s']:g} s",
-                *(row[name] for name in latency.FAMILY_METRICS),
-            )
+            (f"{row['family']}, {row['delay_s']:g} s", *(row[n] for n in latency.FAMILY_METRICS))
             for row in families
         ],
     )

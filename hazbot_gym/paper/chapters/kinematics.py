@@ -7,7 +7,6 @@ import math
 from hazbot_gym.core.kinematics import Twist as Velocity
 from hazbot_gym.core.kinematics import turning_radius, wheel_speeds
 from hazbot_gym.paper.chapter import Chapter, Picture, Table
-from hazbot_gym.paper.circle import RADIUS_M
 from hazbot_gym.paper.figures import kinematics as figures
 from hazbot_gym.paper.kinematics import (
     CHASSIS,
@@ -15,6 +14,7 @@ from hazbot_gym.paper.kinematics import (
     castor_table,
     nearest_chassis_m,
 )
+from hazbot_gym.task.places import CIRCLE_RADIUS_M
 
 SPEED_MPS = 0.5
 
@@ -24,7 +24,7 @@ def chapter(quick: bool) -> Chapter:
     turns = castor_table()
     by_angle, by_ratio, by_radius, *_ = turns
     L1_m = nearest_chassis_m()
-    omega = SPEED_MPS / RADIUS_M
+    omega = SPEED_MPS / CIRCLE_RADIUS_M
     w1, w2 = wheel_speeds(Velocity(SPEED_MPS, omega), CHASSIS)
     lap_s = 2.0 * math.pi / omega
     return Chapter(

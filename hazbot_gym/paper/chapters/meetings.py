@@ -7,16 +7,35 @@ import math
 from hazbot_gym.paper.chapter import Chapter, Picture, Table
 from hazbot_gym.paper.figures import meetings as figures
 from hazbot_gym.paper.figures.meetings import MARKED_S
-from hazbot_gym.paper.meetings import Events, Meeting, events, meet, spread, start_of
+from hazbot_gym.paper.meeting_variants import (
+    BELOW,
+    CHOSEN,
+    REFIT,
+    WALL,
+    Wall,
+    by_width,
+    front_wall,
+    jump_of_wide_terms,
+)
+from hazbot_gym.paper.meetings import (
+    EVENT_NAMES,
+    Events,
+    Meeting,
+    events,
+    falls_below_s,
+    meet,
+    spread,
+    start_of,
+)
 from hazbot_gym.paper.numbers import reported
+from hazbot_gym.policies.fuzzy_expert import AVOIDANCE_M
 
 SIMULATIONS = {"crossing_sim": "C*", "encountering_sim": "E*"}
 EXPERIMENTS = {"crossing_exp": "C-experiment", "encountering_exp": "E-experiment"}
 FIGURES = {"crossing_sim": "Figure 13", "crossing_exp": "Figure 14",
            "encountering_sim": "Figure 15", "encountering_exp": "Figure 16"}  # fmt: skip
 NOISE = {"sensors": {"tracker": {"position_noise_m": 0.03}}}  # SPEC section 6
-HEAD = ("decelerates [s]", "stops [s]", "recovers [s]", "least distance [m]",
-        "slowest [m/s]", "moves within 1.5 m [s]")  # fmt: skip
+HEAD = EVENT_NAMES[:6]
 
 
 def chapter(quick: bool) -> Chapter:
@@ -34,19 +53,22 @@ def chapter(quick: bool) -> Chapter:
         for name, many in experiments.items()
     }
     others = {name: events(meet(name)[0]) for name in ("E5.5", "C90")}
+    widths, wall = by_width(), front_wall(seeds)
     return Chapter(
         number="5.1",
         title="Dynamic Obstacle Avoidance Behavior Strategy",
-        here=_here(found, spreads),
+        here=_here(found, spreads) | {"crossing_exp_wall_s": wall.slows_s},
         record={
             "simulations": {name: each._asdict() for name, each in {**found, **others}.items()},
             "noise": noisy,
             "experiments": spreads,
+            "front_wall": wall._asdict(),
             "seeds": len(seeds),
         },
-        text=_text(found, noisy, spreads, others, len(seeds)),
+        text=_text(found, noisy, spreads, others, widths, wall, len(seeds)),
         tables=(
             _simulation_table(found, others),
+            _stop_table(widths),
             _spread_table(
                 f"Simulations with ±0.03 m on the distance, {len(seeds)} seeds: mean ± deviation",
                 noisy,
@@ -88,6 +110,8 @@ def _text(
     noisy: dict[str, dict[str, dict[str, float]]],
     spreads: dict[str, dict[str, dict[str, float]]],
     others: dict[str, Events],
+    widths: dict[str, dict[str, Meeting]],
+    wall: Wall,
     seeds: int,
 ) -> tuple[str, ...]:
     crossing, encountering = found["crossing_sim"], found["encountering_sim"]
@@ -105,6 +129,7 @@ def _text(
         f"With noise of ±0.03 m on the distance, over {seeds} seeds, E* gives "
         f"{star['decelerates_s']['mean']:.2f} ± {star['decelerates_s']['sd']:.2f} s and "
         f"{star['stops_s']['mean']:.2f} ± {star['stops_s']['sd']:.2f} s.",
+        _on_widths(widths),
         "A human who crosses at a right angle from 5.5 m, both at 0.5 m/s, cannot be the paper's: "
         f"in that geometry (C90) the robot decelerates at {others['C90'].decelerates_s:.1f} s and "
         f"stops at {others['C90'].stops_s:.1f} s. C* crosses obliquely, from ahead on the left.",
@@ -114,6 +139,12 @@ def _text(
         f"is gone at {c_exp['stops_s']['mean']:.1f} s (paper: about 5 and 9 s). That the "
         "experiment is later than the simulation, as in the paper, comes from the start from rest "
         "and the lag of the drive.",
+        "The crossing experiment is told twice. The second time the robot is not said to wait for "
+        "the human: at about 9 s it comes near the front wall and stops. It can do that only after "
+        "it has waited. With a wall across its way, "
+        f"{wall.stands_at_m:g} m from the start, and the controller's own stop "
+        f"(drive.reflex_stop_m; the scenario {WALL}) it slows down for the wall at "
+        f"{wall.slows_s:.1f} s and stands {wall.gap_m:.2f} m from it.",
         f"Encountering from 5.5 m, it falls at {e_exp['decelerates_s']['mean']:.1f} s and is gone "
         f"at {e_exp['stops_s']['mean']:.1f} s (paper: about 2 and 4 s). At a closing speed of "
         f"1 m/s nobody comes from 5.5 to 3.0 m in less than {earliest_s:.1f} s, whatever the "
@@ -125,6 +156,21 @@ def _text(
     )
 
 
+def _on_widths(widths: dict[str, dict[str, Meeting]]) -> str:
+    """Say what would bring all four times of the simulations within their tolerance."""
+    wide = {scenario: events(run) for scenario, run in widths[REFIT].items()}
+    return (
+        "The 3.4 s are the one time of the simulations that is not met. Below a tenth of its speed "
+        f"the robot is at {falls_below_s(widths[CHOSEN]['E*'], 0.1):.1f} s already. And how wide "
+        "the terms of the distance are is our choice: with all of them 0.25 m wide, and a crossing "
+        "that starts elsewhere for them, also 5.5 m away, all four times come within 0.2 s: "
+        f"{wide['E*'].decelerates_s:.1f} and {wide['E*'].stops_s:.1f} s, "
+        f"{wide['C*'].decelerates_s:.1f} and {wide['C*'].stops_s:.1f} s. It costs a jump of the "
+        f"speed by {100.0 * jump_of_wide_terms():.0f} % at {AVOIDANCE_M:g} m and would be a width "
+        "fitted to four numbers; it is an option (fuzzy_reading:reading=width)."
+    )
+
+
 def _simulation_table(found: dict[str, Events], others: dict[str, Events]) -> Table:
     rows = {SIMULATIONS[name]: each for name, each in found.items()} | others
     return Table(
@@ -132,6 +178,19 @@ def _simulation_table(found: dict[str, Events], others: dict[str, Events]) -> Ta
         ("scenario", *HEAD),
         [(name, *(_shown(value) for value in each[: len(HEAD)])) for name, each in rows.items()],
     )
+
+
+def _stop_table(widths: dict[str, dict[str, Meeting]]) -> Table:
+    return Table(
+        "When the commanded speed falls below a share of nominal [s] (paper: E* 3.4, C* 8.6)",
+        ("terms of distance", *(f"{scenario}, {below}" for scenario in SIMULATIONS.values()
+                                for below in BELOW)),
+        [
+            (terms, *(_shown(falls_below_s(run, share)) for run in runs.values()
+                      for share in BELOW.values()))
+            for terms, runs in widths.items()
+        ],
+    )  # fmt: skip
 
 
 def _spread_table(caption: str, found: dict[str, dict[str, dict[str, float]]]) -> Table:

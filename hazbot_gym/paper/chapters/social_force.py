@@ -8,7 +8,7 @@ from hazbot_gym.core.state import ROBOT_MASS_KG
 from hazbot_gym.paper.chapter import Chapter, Picture, Table
 from hazbot_gym.paper.figures import social_force as figures
 from hazbot_gym.paper.forces import drawn
-from hazbot_gym.paper.meetings import Events, events, meet
+from hazbot_gym.paper.meetings import EVENT_NAMES, Events, events, meet
 from hazbot_gym.policies.fuzzy_expert import AVOIDANCE_M, SENSITIVE_M
 
 SCENARIOS = ("E*", "C*")
@@ -118,14 +118,7 @@ def _constants() -> Table:
 def _policy_table(found: dict[tuple[str, str], Events]) -> Table:
     return Table(
         "The social force as a speed policy, and eq 8b",
-        (
-            "policy, scenario",
-            "decelerates [s]",
-            "stops [s]",
-            "recovers [s]",
-            "least distance [m]",
-            "moves within 1.5 m [s]",
-        ),
+        ("policy, scenario", *EVENT_NAMES[:4], EVENT_NAMES[5]),
         [
             (
                 f"{name}, {scenario}",

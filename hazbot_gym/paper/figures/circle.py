@@ -7,9 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from hazbot_gym.core.state import Floats
-from hazbot_gym.paper.circle import BAND, Lap, Point
+from hazbot_gym.paper.circle import BAND, FIGURE_NAMES, Figures, Lap, Point
+from hazbot_gym.paper.circle_variants import LOOPS
 from hazbot_gym.paper.figures.style import (
     BLUE,
+    HUES,
     INK,
     RED,
     SOFT,
@@ -50,7 +52,7 @@ def trajectory(lap: Lap, points: list[Point], radius_m: float) -> str:
     return svg(figure)
 
 
-def errors(laps: Mapping[str, Lap], paper: Mapping[str, tuple[float, float, float, float]]) -> str:
+def errors(laps: Mapping[str, Lap], paper: Mapping[str, Figures]) -> str:
     """Draw position and angle error over time, with what the paper reports (Figs. 20a, b).
 
     Args:
@@ -118,4 +120,25 @@ def late_errors(laps: Mapping[str, Lap]) -> str:
         )
         axis.set(xlabel="time [s]", ylabel=unit, yscale="log", ylim=(1e-6, 0.5))
     legend(axes[1])
+    return svg(figure)
+
+
+def misses(found: Mapping[str, Floats], tolerance: float) -> str:
+    """Draw how far the eight figures of the paper are missed on some plants.
+
+    Args:
+        found: Relative differences by plant, (2, 4) each: fuzzy-PID and PID, four figures.
+        tolerance: Of a fit, as a share of the paper's figure.
+    """
+    figure, axis = new(3.4)
+    names = [f"{who}, {what.partition(' [')[0]}" for who in LOOPS for what in FIGURE_NAMES]
+    places = np.arange(len(names))[::-1]
+    axis.axvspan(-100.0 * tolerance, 100.0 * tolerance, color=SOFT, alpha=0.15)
+    axis.axvline(0.0, color=INK, linewidth=0.9)
+    for (plant, values), color, marker in zip(found.items(), HUES, "osD^v", strict=False):
+        axis.plot(rounded(100.0 * values.ravel(), 2), places, marker, color=color, label=plant,
+                  markersize=5, fillstyle="none")  # fmt: skip
+    axis.set_yticks(places, names)
+    axis.set_xlabel("difference from the paper [%]")
+    figure.legend(frameon=False, fontsize=8, loc="outside upper center", ncols=3)
     return svg(figure)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from hazbot_gym.paper.circle import RADIUS_M
+from hazbot_gym.core.state import Floats
 from hazbot_gym.paper.combination import Combination
 from hazbot_gym.paper.figures.style import (
     BLUE,
@@ -19,6 +21,7 @@ from hazbot_gym.paper.figures.style import (
 from hazbot_gym.paper.latency import EXTRA_S, Delayed
 from hazbot_gym.paper.sensing import HEADING_RAD, TABLE_2, WALL_M, WHEEL_MPS, Readings
 from hazbot_gym.policies.fuzzy_expert import AVOIDANCE_M, SENSITIVE_M
+from hazbot_gym.task.places import CIRCLE_RADIUS_M
 
 
 def readings(found: Readings, half_widths: tuple[float, float, float]) -> str:
@@ -57,13 +60,21 @@ def delays(found: dict[str, Delayed]) -> str:
     return svg(figure)
 
 
+def _band(axis: Any, curves: list[Floats], time_s: Floats) -> None:
+    """Shade where curves of all noise seeds lie, as long as all of them last."""
+    shared = min(len(curve) for curve in (*curves, time_s))
+    stacked = np.array([curve[:shared] for curve in curves])
+    low, high = rounded(stacked.min(axis=0)), rounded(stacked.max(axis=0))
+    axis.fill_between(time_s[:shared], low, high, color=BLUE, alpha=0.25, linewidth=0)
+
+
 def combination(found: Combination) -> str:
     """Draw Figure 19: the meeting on the circle from above, and what happens over time."""
     figure, (above, speed, distance, error) = new(8.2, 4, 1, height_ratios=(2.2, 1.0, 1.0, 1.0))
     run, alone, events = found.runs[0], found.alone[0], found.found[0]
-    angle = np.linspace(0.0, 2.0 * np.pi, 200)
-    above.plot(rounded(RADIUS_M * np.sin(angle), 3), rounded(RADIUS_M * (1 - np.cos(angle)), 3),
-               color=SOFT, linewidth=0.9)  # fmt: skip
+    angle, r = np.linspace(0.0, 2.0 * np.pi, 200), CIRCLE_RADIUS_M
+    above.plot(rounded(r * np.sin(angle), 3), rounded(r * (1.0 - np.cos(angle)), 3), color=SOFT,
+               linewidth=0.9)  # fmt: skip
     shown = run.time_s <= 24.0
     above.plot(run.x[shown][::20], run.y[shown][::20], "s", color=BLUE, markersize=5,
                label="robot, every 2 s")  # fmt: skip
@@ -78,8 +89,8 @@ def combination(found: Combination) -> str:
                        textcoords="offset points", fontsize=8)  # fmt: skip
     above.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", xlim=(-8.0, 9.5), ylim=(-2.2, 10.0))
     legend(above, loc="upper left")
-    for other in found.runs[1:8]:
-        speed.plot(other.time_s, rounded(other.speed_mps, 3), color=SOFT, linewidth=0.5, alpha=0.4)
+    _band(speed, [run.speed_mps for run in found.runs], run.time_s)
+    _band(error, [run.position_error_m for run in found.runs], run.time_s)
     speed.plot(alone.time_s, rounded(alone.speed_mps, 3), color=SOFT, linestyle="--", label="alone")
     speed.plot(run.time_s, rounded(run.speed_mps, 3), color=BLUE, label="with the human")
     speed.set(ylabel="speed [m/s]", ylim=(-0.05, 0.6))

@@ -75,15 +75,13 @@ def repulsion() -> str:
 
 def zones() -> str:
     """Draw Hall's phases, and the paper's avoidance range."""
-    figure, axis = new(1.5)
-    edges = (0.0, *PHASE_BOUNDS_M, 9.0)
+    figure, axis = new(1.9)
+    edges = (0.0, *PHASE_BOUNDS_M, 8.4)
     for k, (low, high) in enumerate(itertools.pairwise(edges)):
         axis.barh(0.0, high - low, 0.6, left=low, color=BLUE, alpha=0.75 - 0.09 * k,
                   edgecolor="white")  # fmt: skip
-        if high - low > 0.4:
-            middle = 0.5 * (low + high)
-            axis.text(middle, 0.0, PHASE_NAMES[k].replace(" ", "\n"), ha="center", va="center",
-                      fontsize=7, color=INK)  # fmt: skip
+        axis.text(0.5 * (low + high), 0.36, PHASE_NAMES[k], rotation=38, ha="left", va="bottom",
+                  rotation_mode="anchor", fontsize=7, color=INK)  # fmt: skip
     axis.barh(-0.65, AVOIDANCE_M - SENSITIVE_M, 0.3, left=SENSITIVE_M, color=RED)
     axis.text(
         AVOIDANCE_M + 0.1,
@@ -92,7 +90,7 @@ def zones() -> str:
         va="center",
         fontsize=8,
     )
-    axis.set(xlim=(0.0, 9.0), yticks=[], xlabel="distance [m]")
+    axis.set(xlim=(0.0, edges[-1]), ylim=(-0.95, 1.1), yticks=[], xlabel="distance [m]")
     axis.set_xticks(PHASE_BOUNDS_M, [f"{bound:g}" for bound in PHASE_BOUNDS_M], fontsize=7)
     axis.grid(visible=False)
     return svg(figure)

@@ -19,7 +19,7 @@ INK, SOFT, GRID = "#1c2127", "#5c6670", "#e4e7ea"
 BLUE, RED, GREEN, PURPLE, OCHRE = "#0067a5", "#b83a00", "#00785a", "#8a3c8f", "#856200"
 HUES = (BLUE, RED, GREEN, PURPLE, OCHRE)
 WIDTH_IN = 7.2  # of a figure across the page
-SETTINGS = {
+SETTINGS: dict[Any, Any] = {
     "svg.fonttype": "none",  # text stays text
     "svg.hashsalt": "hazbot_gym",  # ids that do not change from run to run
     "font.family": "sans-serif",

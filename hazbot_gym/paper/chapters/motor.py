@@ -1,0 +1,124 @@
+"""Section 5.2, continued: which motor would give the eight figures that the paper reports?"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hazbot_gym.core.pid import PLANTS, Plant
+from hazbot_gym.paper.chapter import Chapter, Picture, Table
+from hazbot_gym.paper.chapters.circle import figure_table
+from hazbot_gym.paper.circle_variants import LOOPS
+from hazbot_gym.paper.figures import circle as pictures
+from hazbot_gym.paper.numbers import reported
+from hazbot_gym.paper.plant_search import LEVELS, Nearest, differences, nearest
+
+AIMS = {"the fuzzy-PID's four": ("fuzzy-PID",), "all eight": tuple(LOOPS)}
+FIT = reported().rules["motor"].tolerance_for(1.0)  # as a share
+GENERATIONS, SEARCHES = 62, 2  # of each search, and how many for each aim
+
+Searched = dict[str, list[Nearest]]  # by aim
+
+
+def chapter(quick: bool) -> Chapter:
+    """Run the section; the paper reports no number of it."""
+    generations = 2 if quick else GENERATIONS
+    searched = {
+        aim: [nearest(who, generations=generations, seed=seed) for seed in range(SEARCHES)]
+        for aim, who in AIMS.items()
+    }
+    named = {
+        f"{aim}, search {number}": found
+        for aim, each in searched.items()
+        for number, found in enumerate(each, start=1)
+    }
+    return Chapter(
+        number="5.2a",
+        title="Which motor? Plants searched for the eight figures",
+        here={},
+        record={name: _record(found) for name, found in named.items()},
+        text=_text(searched),
+        tables=(
+            _plant_table(named),
+            figure_table(
+                "What these plants come to, beside the paper",
+                {
+                    f"{name}, {controller}": four
+                    for name, found in named.items()
+                    for controller, four in found.found.items()
+                },
+            ),
+        ),
+        pictures=(
+            Picture(
+                "motor-misses",
+                "",
+                "How far the eight figures of section 5.2 are missed on plant B and on the plants "
+                "found; grey: the tolerance of a fit.",
+                pictures.misses(
+                    {
+                        name: differences(plant, tuple(LOOPS))
+                        for name, plant in {
+                            "plant B": PLANTS["B"],
+                            **{name: found.plant for name, found in named.items()},
+                        }.items()
+                    },
+                    FIT,
+                ),
+            ),
+        ),
+    )
+
+
+def _record(found: Nearest) -> dict[str, Any]:
+    return found._asdict() | {
+        "plant": found.plant._asdict(),
+        "found": {controller: four._asdict() for controller, four in found.found.items()},
+    }
+
+
+def _text(searched: Searched) -> tuple[str, ...]:
+    four, eight = searched.values()
+    tries = sum(found.tries for each in searched.values() for found in each)
+    best = min(eight, key=lambda found: found.miss)
+    of_pid = max(float(np.abs(differences(found.plant, ("PID",))).max()) for found in four)
+    return (
+        f"The paper prints no motor, so {tries} were tried: differential evolution over all six "
+        "numbers of a plant, for the least of the largest relative difference from the paper's "
+        "figures. The four of the fuzzy-PID are met within "
+        f"{100.0 * max(found.miss for found in four):.1f} % by motors as different as those of "
+        f"gain K = {_listed(four, 'K')} and time constant {_listed(four, 'T1')} s: they confirm no "
+        f"motor. On these the PID is off by up to {100.0 * of_pid:.0f} %.",
+        f"The plant nearest to all eight misses by {100.0 * best.miss:.0f} %, where the tolerance "
+        f"for a fit is {100.0 * FIT:.0f} %. One of its motors is {_unlike(best.plant.a):.1f} times "
+        f"as strong as the other, of {_unlike(LEVELS['a'][1]):.0f} times that were allowed. So no "
+        "motor of this kind was found that gives what the paper reports of both controllers; what "
+        "it leaves out, or how it took its figures, must differ in something else than these six "
+        "numbers.",
+    )
+
+
+def _listed(found: list[Nearest], name: str) -> str:
+    return " and ".join(f"{getattr(each.plant, name):.2g}" for each in found)
+
+
+def _unlike(mismatch: float) -> float:
+    """Return how many times as strong as the other the stronger motor is."""
+    return (1.0 + abs(mismatch)) / (1.0 - abs(mismatch))
+
+
+def _plant_table(named: dict[str, Nearest]) -> Table:
+    return Table(
+        "The plants found, by what they were to be nearest to",
+        ("nearest to", "K", "T1 [s]", "T2 [s]", "Tf [s]", "a", "u_max", "farthest off"),
+        [
+            (name, *_shown(found.plant), f"{100.0 * found.miss:.1f} %")
+            for name, found in named.items()
+        ],
+    )
+
+
+def _shown(plant: Plant) -> tuple[str, ...]:
+    numbers = (f"{value:.3g}" for value in plant[:-1])
+    return (*numbers, f"{plant.u_max:.3g}" if plant.u_max else "none")

@@ -1,0 +1,47 @@
+"""The search of this package: differential evolution (Storn and Price 1997), a fixed budget."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import differential_evolution
+from scipy.stats import qmc
+
+from hazbot_gym.core.state import Floats
+
+MEMBERS = 16  # of a population
+HOPELESS = 1e6  # cost of what cannot be judged
+
+
+class Found(NamedTuple):
+    """What a search came to."""
+
+    shares: Floats  # the best numbers
+    cost: float
+    tries: int  # how often a cost was asked for
+
+
+def search(
+    cost: Callable[[Floats], float], size: int, *, generations: int, seed: int, room: float = 1.0
+) -> Found:
+    """Look for the numbers of least cost.
+
+    Args:
+        cost: Of numbers in [0, room]; what is not finite counts as hopeless.
+        size: How many numbers.
+        generations: After the first; the budget is ``MEMBERS * (generations + 1)`` tries.
+        seed: Of the search.
+        room: Largest value of each number.
+    """
+    result = differential_evolution(
+        lambda shares: float(np.nan_to_num(cost(shares), nan=HOPELESS, posinf=HOPELESS)),
+        [(0.0, room)] * size,
+        init=room * qmc.Sobol(size, seed=seed).random(MEMBERS),
+        maxiter=generations,
+        tol=0.0,  # the whole budget, whatever it brings
+        polish=False,
+        rng=np.random.default_rng(seed),
+    )
+    return Found(result.x, float(result.fun), int(result.nfev))

@@ -1,0 +1,71 @@
+"""The motor that would give the paper's figures of the circle (SPEC section 5, A11).
+
+The paper prints no motor. All six numbers of a plant are searched for the one whose largest
+relative difference from the paper's figures is least: from the four of the fuzzy-PID alone, and
+from all eight, those of the PID on the same plant among them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from hazbot_gym.core.pid import Plant
+from hazbot_gym.core.state import Floats
+from hazbot_gym.paper.circle import Figures, drive_lap, figures, paper_drive, reported_figures
+from hazbot_gym.paper.circle_variants import LOOPS
+from hazbot_gym.paper.evolution import search
+
+# What is searched: least and largest value. A mismatch of 0.5 makes one motor three times as strong
+# as the other. A lag between two physics steps is none, and so is a bound that nothing reaches.
+RATES = {"K": (0.2, 10.0), "T1": (0.2, 10.0), "Tf": (0.01, 0.3)}  # by their logarithm
+LEVELS = {"T2": (0.01, 0.5), "a": (-0.5, 0.5)}
+TIGHTEST_U, FREE_SHARE = 10.0, 0.05  # of u_max; the share of the search without a bound
+NUMBERS = len(RATES) + len(LEVELS) + 1
+
+
+class Nearest(NamedTuple):
+    """The plant that comes nearest to some of the paper's figures."""
+
+    plant: Plant
+    tries: int  # plants that were looked at
+    miss: float  # largest relative difference among the figures searched for
+    found: dict[str, Figures]  # on it, by controller
+
+
+def plant_of(shares: Floats) -> Plant:
+    """Return the plant of six numbers in [0, 1]."""
+    values = {
+        name: float(low * (high / low) ** share)
+        for (name, (low, high)), share in zip(RATES.items(), shares, strict=False)
+    }
+    values |= {
+        name: float(low + (high - low) * share)
+        for (name, (low, high)), share in zip(LEVELS.items(), shares[len(RATES) :], strict=False)
+    }
+    tightness = float(shares[-1])
+    return Plant(**values, u_max=TIGHTEST_U / tightness if tightness > FREE_SHARE else 0.0)
+
+
+def differences(plant: Plant, controllers: Sequence[str]) -> Floats:
+    """Return the relative differences from the paper's figures: (controllers, 4)."""
+    return np.array([np.divide(drive(plant, c), reported_figures(c)) - 1.0 for c in controllers])
+
+
+def drive(plant: Plant, controller: str) -> Figures:
+    """Return the four numbers of a lap with one of the paper's controllers on a plant."""
+    return figures(drive_lap(paper_drive(plant=plant._asdict(), wheel_loop=LOOPS[controller])))
+
+
+def nearest(controllers: Sequence[str], *, generations: int, seed: int) -> Nearest:
+    """Look for the plant on which these controllers come nearest to the paper's figures."""
+    found = search(
+        lambda shares: float(np.abs(differences(plant_of(shares), controllers)).max()),
+        NUMBERS,
+        generations=generations,
+        seed=seed,
+    )
+    plant = plant_of(found.shares)
+    return Nearest(plant, found.tries, found.cost, {name: drive(plant, name) for name in LOOPS})
