@@ -140,8 +140,9 @@ def _text(found: Found) -> tuple[str, ...]:
         f"On the {right.plants} plants of SPEC section 5 with matched wheels, undisturbed, both of "
         f"the paper's controllers keep to the circle on {right.kept}, and the fuzzy-PID is better "
         f"in all four published figures on {right.in_all} of these, with median ratios of "
-        f"{_listed(right.median_ratios)}. With the other sign (s = +1) it is so on "
-        f"{wrong.in_all} of {wrong.kept}, with {_listed(wrong.median_ratios)}.",
+        f"{_listed(right.median_ratios)} (the prototype of SPEC section 5: on 44 % of 16, with "
+        "0.75, 0.64, 1.00, 0.98; which four it left out it does not say). With the other sign (s = "
+        f"+1) it is so on {wrong.in_all} of {wrong.kept}, with {_listed(wrong.median_ratios)}.",
         f"Over {len(found.rows) // len(found.controllers)} cases (these plants with and without "
         "mismatched wheels, under no disturbance, sensor noise, a load, and saturation) "
         "controllers are judged by the largest and the RMS errors of position and angle, since "
