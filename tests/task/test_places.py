@@ -96,6 +96,14 @@ def test_lengths_of_a_built_in_place_can_be_chosen() -> None:
     assert clearances(on_path(place), place.walls).min() == pytest.approx(1.5)
 
 
+def test_an_open_floor_may_end_at_a_wall_which_the_path_must_not_touch() -> None:
+    place = load_place("open", {"length_m": 8.0, "end_wall_m": 0.4})
+
+    assert clearances(on_path(place), place.walls).min() == pytest.approx(0.4, abs=0.03)
+    with pytest.raises(InvalidInput, match="wall"):
+        load_place("open", {"end_wall_m": 0.2})
+
+
 def test_place_from_a_file_is_what_the_file_says(tmp_path: Path) -> None:
     place = load_place(write(tmp_path / "yard.yaml", YARD))
 

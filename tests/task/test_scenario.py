@@ -94,7 +94,7 @@ def test_named_meeting_is_with_one_person_on_an_open_floor(name: str) -> None:
 
     told = SCENARIOS[name]["people"]["walkers"][0]
     assert scenario.name == "open"
-    assert len(scenario.place.walls) == 0
+    assert len(scenario.place.walls) == name.endswith("+wall")
     assert [scenario.people[axis].item() for axis in ("x", "y")] == [told["x_m"], told["y_m"]]
     assert scenario.people["desired_speed"].item() == pytest.approx(0.5)
 
