@@ -32,11 +32,9 @@ class Page(NamedTuple):
     def text(self) -> str:
         """Return what the template and the record make."""
         template = (DOCS / f"{self.name}.template.md").read_text(encoding="utf-8")
-        content, others = (
-            read(self.record),
-            {name: read(path) for name, path in self.others.items()},
-        )
-        return self.fill(template, content, name=self.record.relative_to(ROOT).as_posix(), **others)
+        name = self.record.relative_to(ROOT).as_posix()
+        others = {argument: read(path) for argument, path in self.others.items()}
+        return self.fill(template, read(self.record), name=name, **others)
 
 
 def read(record: Path) -> Any:
