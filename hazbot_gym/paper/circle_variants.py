@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hazbot_gym.core.fuzzy_pid import FuzzyPid
-from hazbot_gym.core.pid import PLANTS
+from hazbot_gym.core.pid import PLANTS, Plant
 from hazbot_gym.core.state import Floats
 from hazbot_gym.paper.circle import (
     BAND,
@@ -30,12 +30,17 @@ SHARES = (0.05, 0.02)  # the same as shares of the lap's own largest error
 LAST_S = 10.0  # of a lap, in which only noise is left
 
 
+def on_plant(plant: Plant, controller: str) -> Figures:
+    """Return the four numbers of a lap with one of the paper's controllers on a plant."""
+    return figures(drive_lap(paper_drive(plant=plant._asdict(), wheel_loop=LOOPS[controller])))
+
+
 def plants() -> dict[str, Figures]:
-    """Return the four numbers of both controllers on every plant."""
+    """Return the four numbers of both controllers on every plant with a name."""
     return {
-        f"{plant}, {name}": figures(drive_lap(paper_drive(plant=plant, wheel_loop=loop)))
-        for plant in PLANTS
-        for name, loop in LOOPS.items()
+        f"{name}, {controller}": on_plant(plant, controller)
+        for name, plant in PLANTS.items()
+        for controller in LOOPS
     }
 
 

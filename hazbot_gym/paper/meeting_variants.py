@@ -19,7 +19,7 @@ from hazbot_gym.policies.fuzzy_readings import FuzzyReading
 BELOW = {"10 %": 0.1, "5 %": STOPPED, "nil": 1e-9}
 CHOSEN, WIDE = "as chosen, neighbours cross at a half", "all 0.25 m wide"
 REFIT = f"{WIDE}, and a crossing for them"
-_WIDTH = FuzzyReading(reading="width", release=False)
+_WIDTH = FuzzyReading(reading="width")
 _HEADING_RAD = math.radians(-66.66)
 _FROM_THERE = {  # the crossing that SPEC section 4.1 fits to these widths
     "x_m": 2.996,

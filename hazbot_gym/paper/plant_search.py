@@ -14,12 +14,12 @@ import numpy as np
 
 from hazbot_gym.core.pid import Plant
 from hazbot_gym.core.state import Floats
-from hazbot_gym.paper.circle import Figures, drive_lap, figures, paper_drive, reported_figures
-from hazbot_gym.paper.circle_variants import LOOPS
+from hazbot_gym.paper.circle import Figures, reported_figures
+from hazbot_gym.paper.circle_variants import LOOPS, on_plant
 from hazbot_gym.paper.evolution import search
 
 # What is searched: least and largest value. A mismatch of 0.5 makes one motor three times as strong
-# as the other. A lag between two physics steps is none, and so is a bound that nothing reaches.
+# as the other; an extra lag below a physics step would be none.
 RATES = {"K": (0.2, 10.0), "T1": (0.2, 10.0), "Tf": (0.01, 0.3)}  # by their logarithm
 LEVELS = {"T2": (0.01, 0.5), "a": (-0.5, 0.5)}
 TIGHTEST_U, FREE_SHARE = 10.0, 0.05  # of u_max; the share of the search without a bound
@@ -37,26 +37,21 @@ class Nearest(NamedTuple):
 
 def plant_of(shares: Floats) -> Plant:
     """Return the plant of six numbers in [0, 1]."""
+    rates, levels, (tightness,) = np.split(shares, (len(RATES), len(RATES) + len(LEVELS)))
     values = {
         name: float(low * (high / low) ** share)
-        for (name, (low, high)), share in zip(RATES.items(), shares, strict=False)
+        for (name, (low, high)), share in zip(RATES.items(), rates, strict=True)
     }
     values |= {
         name: float(low + (high - low) * share)
-        for (name, (low, high)), share in zip(LEVELS.items(), shares[len(RATES) :], strict=False)
+        for (name, (low, high)), share in zip(LEVELS.items(), levels, strict=True)
     }
-    tightness = float(shares[-1])
-    return Plant(**values, u_max=TIGHTEST_U / tightness if tightness > FREE_SHARE else 0.0)
+    return Plant(**values, u_max=float(TIGHTEST_U / tightness) if tightness > FREE_SHARE else 0.0)
 
 
 def differences(plant: Plant, controllers: Sequence[str]) -> Floats:
     """Return the relative differences from the paper's figures: (controllers, 4)."""
-    return np.array([np.divide(drive(plant, c), reported_figures(c)) - 1.0 for c in controllers])
-
-
-def drive(plant: Plant, controller: str) -> Figures:
-    """Return the four numbers of a lap with one of the paper's controllers on a plant."""
-    return figures(drive_lap(paper_drive(plant=plant._asdict(), wheel_loop=LOOPS[controller])))
+    return np.array([np.divide(on_plant(plant, c), reported_figures(c)) - 1.0 for c in controllers])
 
 
 def nearest(controllers: Sequence[str], *, generations: int, seed: int) -> Nearest:
@@ -68,4 +63,4 @@ def nearest(controllers: Sequence[str], *, generations: int, seed: int) -> Neare
         seed=seed,
     )
     plant = plant_of(found.shares)
-    return Nearest(plant, found.tries, found.cost, {name: drive(plant, name) for name in LOOPS})
+    return Nearest(plant, found.tries, found.cost, {name: on_plant(plant, name) for name in LOOPS})

@@ -62,6 +62,10 @@ def chapter(quick: bool) -> Chapter:
             "simulations": {name: each._asdict() for name, each in {**found, **others}.items()},
             "noise": noisy,
             "experiments": spreads,
+            "by_width": {
+                name: {scenario: events(run)._asdict() for scenario, run in each.items()}
+                for name, each in widths.items()
+            },
             "front_wall": wall._asdict(),
             "seeds": len(seeds),
         },
