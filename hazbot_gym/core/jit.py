@@ -10,7 +10,7 @@ Three kinds of functions are used throughout the library:
 
 numba looks only at the kernel's own file to decide whether a cached binary is still valid, although
 the binary contains code of every formula that the kernel calls. Kernels are therefore stamped with
-the state of the whole package besides.
+the contents of every file that their own imports (``sources``).
 """
 
 from __future__ import annotations
@@ -23,8 +23,9 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.extending import register_jitable
 
-from hazbot_gym.core import notice
+from hazbot_gym.core import notice, sources
 
+PACKAGE = Path(__file__).parent.parent
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 # Robots, or people, that are computed side by side. Vector instructions take 4 or 8 of them; loops
@@ -84,7 +85,9 @@ def _compile(function: Function, *, is_counting: bool) -> Function:
     # Private attributes of numba, held by tests/core/test_jit.py: numba has no public way to say
     # that a cached binary depends on other files besides its own.
     cache = compiled._cache._cache_file
-    cache._source_stamp = (cache._source_stamp, _stamp(Path(__file__).parent.parent))
+    source = Path(compiled.py_func.__code__.co_filename)
+    stamp = sources.digest(PACKAGE, source) if source.is_relative_to(PACKAGE) else ""
+    cache._source_stamp = (cache._source_stamp, stamp)
     cache._load_index = functools.partial(_load_index, cache._load_index)
     return cast(Function, compiled)
 
@@ -98,10 +101,3 @@ def _load_index(load: Callable[[], dict[Any, Any]]) -> dict[Any, Any]:
         return load()
     except (ImportError, AttributeError):
         return {}
-
-
-@functools.cache
-def _stamp(root: Path) -> tuple[tuple[str, int, int], ...]:
-    """Name, modification time and size of every source file of a package."""
-    stats = ((path, path.stat()) for path in sorted(root.rglob("*.py")))
-    return tuple((str(path.relative_to(root)), s.st_mtime_ns, s.st_size) for path, s in stats)
