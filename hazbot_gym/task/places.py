@@ -169,7 +169,7 @@ def load_place(name: str, options: Mapping[str, float] | None = None) -> Place:
     Raises:
         InvalidInput: The name, an option or the file's content cannot be used.
     """
-    if name.endswith((".yaml", ".yml")):
+    if _is_file(name):
         if options:
             raise InvalidInput("place_options: given, but a place from a file takes none")
         return build_place(_read_place(Path(name)))
@@ -189,6 +189,15 @@ def load_place(name: str, options: Mapping[str, float] | None = None) -> Place:
     except ValidationError as error:  # lengths that do not go together, such as a negative rest
         raise InvalidInput(f"place_options: {name} is impossible, {first_error(error)}") from error
     return build_place(data)
+
+
+def place_files(name: str) -> list[Path]:
+    """Return the files that a place is read from; none for a built-in place."""
+    return [Path(name)] if _is_file(name) else []
+
+
+def _is_file(name: str) -> bool:
+    return name.endswith((".yaml", ".yml"))
 
 
 def _read_place(path: Path) -> PlaceData:

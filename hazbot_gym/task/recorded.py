@@ -63,10 +63,27 @@ def load_recordings(tracks: str | None) -> list[Recording]:
     """
     if tracks is None:
         return [synthetic_recording()]
+    return [read_tracks(file) for file in _recording_files(tracks)]
+
+
+def tracks_files(tracks: str | None) -> list[Path]:
+    """Return the files that ``load_recordings`` reads: tables, and the descriptions beside them.
+
+    Raises:
+        InvalidInput: There is no such file or folder, or no recording in it.
+    """
+    if tracks is None:
+        return []
+    tables = _recording_files(tracks)
+    descriptions = [table.with_suffix(".json") for table in tables]
+    return tables + [path for path in descriptions if path.exists() and path not in tables]
+
+
+def _recording_files(tracks: str) -> list[Path]:
     path = Path(tracks)
     if not path.exists():
         raise InvalidInput(f"tracks: given {tracks!r}, there is no such file or folder")
-    return [read_tracks(file) for file in find_recordings(path)]
+    return find_recordings(path)
 
 
 def recorded_places(recordings: list[Recording], *, with_entries: bool) -> list[Place]:
