@@ -57,7 +57,9 @@ def study(
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the results. [results/study]")] = None,
     episodes: Annotated[int | None, typer.Option(help="Episodes a policy and set.")] = None,
-    workers: Annotated[int | None, typer.Option(help="Cores to use; all if not given.")] = None,
+    workers: Annotated[
+        int | None, typer.Option(help="Cores to use; all usable ones if not given.")
+    ] = None,
     seed: Annotated[int | None, typer.Option(help="Root of all seeds.")] = None,
     engine: Annotated[
         str | None, typer.Option(help="batched, or pymunk for the reference. [batched]")
@@ -281,7 +283,7 @@ def paper(
     out: Annotated[Path | None, typer.Option(help="Folder of the results. [results/paper]")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Fewer seeds, smaller sweeps.")] = False,
     workers: Annotated[
-        int | None, typer.Option(help="Cores to use; all if not given.", min=1)
+        int | None, typer.Option(help="Cores to use; all usable ones if not given.", min=1)
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace older results.")] = False,
 ) -> None:
@@ -315,10 +317,9 @@ def tune(
     ] = None,
 ) -> None:
     """Tune a family of rules on validation scenarios. Resumable."""
-    import os
-
     from hazbot_gym.study import tuning
     from hazbot_gym.study.comparison import progress_bar
+    from hazbot_gym.utils import processors
 
     path = out or Path("results", "tune", f"{policy}.json")
     with progress_bar(Console(stderr=True)) as progress:
@@ -326,7 +327,7 @@ def tune(
         record = tuning.tune(
             tuning.Search(policy, trials, seed),
             path,
-            threads=os.cpu_count() or 1,
+            threads=processors.usable(),
             on_progress=lambda: progress.advance(task),
         )
     best = record["best"]

@@ -7,7 +7,6 @@ engines together.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -44,6 +43,7 @@ from hazbot_gym.task.observation import LAYOUTS
 from hazbot_gym.task.outcome import DECISION, RUNNING, TIMEOUT, Rules
 from hazbot_gym.task.reward import TERMS
 from hazbot_gym.task.scenario import Source
+from hazbot_gym.utils import processors
 
 SMALLEST_BLOCK = 32  # worlds for which a thread is worth waking
 KEYS_AHEAD = 16  # scenario keys drawn in advance for each world
@@ -96,15 +96,17 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
                 config's if None. ``make_vec`` passes the registered horizon.
             autoreset_mode: What follows the end of an episode.
             render_mode: None; there is no picture of a batch.
-            threads: How many to use, one for each core if None; no result depends on it.
+            threads: How many to use, one for each usable processor if None; no result depends on
+                it.
             **overrides: Fields of the config.
 
         Raises:
             InvalidInput: A value cannot be used; one line says which and what is allowed.
         """
         self.num_envs = count_of(num_envs, "num_envs")
-        cores = os.cpu_count() or 1
-        self._thread_count = count_of(cores if threads is None else threads, "threads")
+        self._thread_count = count_of(
+            processors.usable() if threads is None else threads, "threads"
+        )
         if render_mode is not None:
             raise InvalidInput(f"render_mode: given {render_mode!r}, allowed here is None")
         self.config = make_config(config, preset=preset, scenario=scenario, **overrides)

@@ -10,7 +10,6 @@ from __future__ import annotations
 import importlib
 import json
 import math
-import os
 from collections.abc import Callable
 from concurrent.futures import as_completed
 from pathlib import Path
@@ -23,6 +22,7 @@ from hazbot_gym.paper.lines import lines
 from hazbot_gym.paper.numbers import NEAR, NOT, REPRODUCED, entries
 from hazbot_gym.study import files, provenance
 from hazbot_gym.study.workers import processes
+from hazbot_gym.utils import processors
 
 RECORD, PAGE, FIGURES = "paper.json", "paper.html", "figures"
 # In the paper's order.
@@ -96,7 +96,7 @@ def run_chapters(
 ) -> list[Chapter]:
     """Run all chapters and return them in the paper's order."""
     order = sorted(CHAPTERS, key=lambda name: name not in LONGEST_FIRST)
-    with processes(workers or os.cpu_count() or 1) as pool:
+    with processes(workers or processors.usable()) as pool:
         jobs = {name: pool.submit(run_chapter, name, quick) for name in order}
         for job in as_completed(jobs.values()):
             job.result()

@@ -7,7 +7,6 @@ rows in which that is not the bank's are refused. ``python docs/make_bank.py`` w
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,6 +19,7 @@ from hazbot_gym.study.config import ScenarioSet
 from hazbot_gym.study.metrics import Row
 from hazbot_gym.study.rollout import episode_seed, resolve, scenario_id
 from hazbot_gym.task.fingerprint import fingerprint, parameters
+from hazbot_gym.utils import processors
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -42,7 +42,7 @@ def draw(sets: Iterable[BankSet]) -> Iterator[Row]:
     for each in sets:
         config, _ = resolve(ScenarioSet.model_validate(each._asdict()))
         seeds = [episode_seed(each.seed, each.name, index) for index in range(each.episodes)]
-        worlds = CorridorVectorEnv(len(seeds), config, threads=os.cpu_count())
+        worlds = CorridorVectorEnv(len(seeds), config, threads=processors.usable())
         _, start = worlds.reset(seed=seeds)
         for index, (seed, key) in enumerate(
             zip(seeds, start["scenario_key"].tolist(), strict=True)

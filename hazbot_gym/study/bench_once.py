@@ -18,6 +18,7 @@ from hazbot_gym.errors import MissingExtra
 from hazbot_gym.study.bench_cases import with_people
 from hazbot_gym.study.config import DEFAULT_SETS
 from hazbot_gym.study.rollout import Block, run_block
+from hazbot_gym.utils import processors
 
 WARM_UP = 250  # steps before memory is counted
 MIXED = next(scenarios for scenarios in DEFAULT_SETS if scenarios.name == "Corridor")
@@ -105,7 +106,7 @@ def evaluation(episodes: int, turns: int) -> Measured:
     seconds = []
     for _ in range(turns):
         start = time.perf_counter()
-        rows = run_block(block, threads=os.cpu_count() or 1)
+        rows = run_block(block, threads=processors.usable())
         note = _write(rows)
         seconds.append(time.perf_counter() - start)
     steps = sum(int(row["steps"]) for row in rows)

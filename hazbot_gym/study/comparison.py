@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import inspect
-import os
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -30,6 +29,7 @@ from hazbot_gym.study.rollout import Block, run_block, try_out
 from hazbot_gym.study.summary import Summary, summarise
 from hazbot_gym.study.workers import processes
 from hazbot_gym.study.yardstick import Stretch, run_stretch
+from hazbot_gym.utils import processors
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -74,7 +74,7 @@ def run_study(
     console, began = console or Console(quiet=True), time.perf_counter()
     records.claim(out, study.identity())
     environments = rehearse(study)
-    workers = workers or os.cpu_count() or 1
+    workers = workers or processors.usable()
     about = manifest(study, environments)
     if not (out / records.MANIFEST).exists():
         files.write_json(out / records.MANIFEST, about)  # says whose folder it is from now on

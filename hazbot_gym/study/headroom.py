@@ -11,7 +11,6 @@ wheels. All commands are rounded to the lattice on which the optimum is the best
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
@@ -30,6 +29,7 @@ from hazbot_gym.study.lattice import LEVELS
 from hazbot_gym.study.normalised_score import normalised_score
 from hazbot_gym.study.optimum import optimum
 from hazbot_gym.task.scenario import Source
+from hazbot_gym.utils import processors
 
 QUIET_DRIVE = {"wheel_loop": "ideal", "wheel_noise_radps": 0.0, "heading_noise_rad": 0.0}
 CONSTANT, EXPERT = "constant", "fuzzy_expert"
@@ -103,14 +103,14 @@ def best_returns(
         on_progress()
         return value
 
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with ThreadPoolExecutor(processors.usable()) as pool:
         return np.array(list(pool.map(best, keys)))
 
 
 def play(config: Config, spec: str, episodes: int) -> tuple[Played, list[int]]:
     """Return what a policy makes of the scenarios of seeds 0, 1, ..., and their keys."""
     seeds, limit = list(range(episodes)), config.max_episode_steps
-    threads = os.cpu_count() or 1
+    threads = processors.usable()
     runs = list(
         batch_rollout.run_episodes(
             config, OnLattice(make(spec)), seeds, limit=limit, threads=threads

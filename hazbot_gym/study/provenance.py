@@ -5,11 +5,12 @@ from __future__ import annotations
 import functools
 import hashlib
 import json
-import os
 import platform
 import subprocess
 from importlib import metadata
 from pathlib import Path
+
+from hazbot_gym.utils import processors
 
 PACKAGE = Path(__file__).parent.parent
 _DEPENDENCIES = (
@@ -66,7 +67,7 @@ def machine() -> dict[str, str | int]:
     """Return what speeds depend on: processor, number of cores, system, Python, numba."""
     return {
         "processor": _processor(),
-        "cores": os.cpu_count() or 1,
+        "cores": processors.usable(),
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
         "numba": _version("numba"),

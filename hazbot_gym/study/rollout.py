@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import zlib
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple, get_args
@@ -23,6 +22,7 @@ from hazbot_gym.study.alone import walked_alone
 from hazbot_gym.study.config import Engine, ScenarioSet
 from hazbot_gym.study.episode import PERSON_COLUMNS, Episode, labels_of, stack_people
 from hazbot_gym.study.metrics import Row, SsmThresholds, measure
+from hazbot_gym.utils import processors
 
 
 class Block(NamedTuple):
@@ -71,7 +71,7 @@ def evaluate(
         raise InvalidInput(f"engine: given {engine!r}, allowed are {', '.join(get_args(Engine))}")
     block = Block(policy, scenarios, 0, episodes, seed, engine=engine)  # type: ignore[arg-type]
     try_out(scenarios, [policy], block.engine)
-    return run_block(block, threads=os.cpu_count() or 1)
+    return run_block(block, threads=processors.usable())
 
 
 def scenario_set(env_id: str, overrides: Mapping[str, Any] | None = None) -> ScenarioSet:
