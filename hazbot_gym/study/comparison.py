@@ -25,6 +25,7 @@ from hazbot_gym.study import costs, entrants, files, provenance, records
 from hazbot_gym.study.clairvoyant import Effort
 from hazbot_gym.study.config import ScenarioSet, StudyConfig
 from hazbot_gym.study.entrants import Entrant, Job
+from hazbot_gym.study.headline import pooled_sets
 from hazbot_gym.study.rollout import Block, run_block, try_out
 from hazbot_gym.study.summary import Summary, summarise
 from hazbot_gym.study.workers import processes
@@ -155,6 +156,7 @@ def rehearse(study: StudyConfig) -> dict[str, Any]:
         InvalidInput: a policy or an environment cannot be made, or they do not fit each other.
     """
     entrants.check(study)
+    pooled_sets(study)
     return {
         scenarios.name: try_out(scenarios, study.policies, study.engine).model_dump(mode="json")
         for scenarios in study.all_sets

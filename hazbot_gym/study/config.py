@@ -54,7 +54,7 @@ PATTERN_SETS = tuple(
 PLACE_SETS = tuple(_preset(name) for name in ("Circle", "Intersection", "Doorway", "Aisle"))
 DEFAULT_SETS = (*PAPER_SETS, *PATTERN_SETS, _preset("Corridor"), *PLACE_SETS)
 DEFAULT_POLICIES = (
-    "fuzzy_expert:rules=complete32",
+    "fuzzy_expert",
     "fuzzy_expert:rules=literal8",
     "ppo",
     "stop_on_sight",

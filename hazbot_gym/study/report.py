@@ -29,9 +29,10 @@ from hazbot_gym.study import (
 )
 from hazbot_gym.study.config import ScenarioSet, StudyConfig
 from hazbot_gym.study.entrants import Training
+from hazbot_gym.study.headline import groups, headline, pooled_sets
 from hazbot_gym.study.report_replays import Replay, best_drive, replay_set
 from hazbot_gym.study.report_style import DASHES, MARKS, Style, styles
-from hazbot_gym.study.summary import POOLED, Summary, groups, summarise_set
+from hazbot_gym.study.summary import Summary
 
 try:
     import jinja2
@@ -41,7 +42,6 @@ except ImportError as error:
 if TYPE_CHECKING:
     import pandas as pd
 
-DRAWN = "families and mixed"  # all sets whose people are drawn at random, together
 RECORDED = {
     "replay": "People walk as recorded.",
     "seeded": "People come in when, where and as fast as recorded, and react to the robot.",
@@ -107,15 +107,14 @@ def make_page(study: Study) -> str:
     config, everybody = study.config, styles(study.config.names)
     looks = {name: everybody[name] for name in config.shown_names}
     blocks = all_blocks(study)
-    drawn, first = drawn_sets(study), next(iter(blocks))
-    in_first = sets_together(study).get(first, [])
+    first = headline(study.summary)
     replays = {
         scenarios.name: replay_set(
             config,
             scenarios,
             rows_of(study, scenarios.name),
             study.specs,
-            with_worst=scenarios.name in in_first,
+            with_worst=scenarios.name in first.sets,
         )
         for scenarios in config.all_sets
     }
@@ -133,9 +132,8 @@ def make_page(study: Study) -> str:
                 for policy, look in looks.items()
             },
             sets=[(each, describe(each)) for each in config.all_sets],
-            first=first,
-            pooled=in_first,
-            start=(drawn or list(replays))[0],
+            headline=first,
+            start=first.sets[0],
             plots=make_plots(study, blocks, replays, looks),
             pictures={
                 name: report_places.picture(some, config.reference_policy)
@@ -151,10 +149,10 @@ def make_page(study: Study) -> str:
 
 def make_tables(study: Study, blocks: Mapping[str, Any]) -> dict[str, Any]:
     """Return every table of the page by its name in the template."""
-    config, first = study.config, next(iter(blocks.values()))
+    config, first = study.config, headline(study.summary).policies
     pooled = {name: block for name, block in blocks.items() if name in groups(set_names(study))}
     return {
-        "headline": report_tables.headline(first, config.names),
+        "first_table": report_tables.headline(first, config.names),
         "standings": {name: report_tables.standing(block) for name, block in blocks.items()},
         "tails": report_yardstick.tail_table(first, config.names),
         "elsewhere": report_yardstick.elsewhere_tables(pooled, config.shown_names),
@@ -177,45 +175,23 @@ def make_tables(study: Study, blocks: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def drawn_sets(study: Study) -> list[str]:
-    """Return the sets whose people are drawn: no fixed walkers, no recordings."""
-    people = {name: env["people"] for name, env in study.manifest["environments"].items()}
-    return [
-        scenarios.name
-        for scenarios in study.config.all_sets
-        if not people[scenarios.name]["walkers"] and people[scenarios.name]["model"] not in RECORDED
-    ]
-
-
 def set_names(study: Study) -> list[str]:
     """Return the names of all sets."""
     return [scenarios.name for scenarios in study.config.all_sets]
 
 
-def sets_together(study: Study) -> dict[str, list[str]]:
-    """Return the sets of everything that is pooled, by what it is called."""
-    names = set_names(study)
-    return {DRAWN: drawn_sets(study), POOLED: names} | {
-        group: [name for name in names if name.rpartition("/")[0] == group]
-        for group in groups(names)
-    }
-
-
 def rows_of(study: Study, name: str) -> pd.DataFrame:
     """Return what was recorded in one set, or in several together."""
-    return study.rows[study.rows["scenario_set"].isin(sets_together(study).get(name, [name]))]
+    sets = pooled_sets(study.config).get(name, [name])
+    return study.rows[study.rows["scenario_set"].isin(sets)]
 
 
 def all_blocks(study: Study) -> dict[str, Any]:
     """Return the results of sets pooled and single, what matters most first."""
     found = study.summary["sets"]
-    drawn = drawn_sets(study)
-    blocks = {}
-    names = set_names(study)
-    if 1 < len(drawn) < len(names) and not groups(names):
-        blocks[DRAWN] = summarise_set(rows_of(study, DRAWN), study.config)
-    ordered = [*groups(names), POOLED, *names]
-    return blocks | {name: found[name] for name in ordered if name in found}
+    first = headline(study.summary).name
+    ordered = dict.fromkeys((first, *pooled_sets(study.config), *set_names(study)))
+    return {name: found[name] for name in ordered}
 
 
 def make_plots(

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from hazbot_gym.study.fronts import AXES
-from hazbot_gym.study.summary import COMPARED, groups
+from hazbot_gym.study.headline import TEST, groups
+from hazbot_gym.study.summary import COMPARED
 
 Record = dict[str, Any]
 
-TEST = "test"  # the group of sets that is reported in full
 TOGETHER, YARDSTICKS = "together", ("exact", "searched")  # what is pooled of fronts and yardstick
 SHARES = ("normalised", "delay_removed")
 RATES = ("arrived", "contact_robot_caused", "contact_person_caused")

@@ -7,10 +7,10 @@ from string import Template
 from typing import Any
 
 from hazbot_gym.study.fronts import dominates
+from hazbot_gym.study.headline import POOLED, TEST
 from hazbot_gym.study.plain_tables import Rows, markdown_table, shown
-from hazbot_gym.study.study_record import TEST, TOGETHER
+from hazbot_gym.study.study_record import TOGETHER
 from hazbot_gym.study.study_targets import Target, sonar_targets, tracks_targets
-from hazbot_gym.study.summary import POOLED
 
 Record = dict[str, Any]
 Estimate = Mapping[str, float | None]
@@ -50,13 +50,20 @@ def readme_table(record: Record) -> str:
     """Return the headline for the README: the tracks tier on the test scenarios."""
     found = record["tracks"]
     columns = [column for column in HEADLINE if column[0] in README]
-    return markdown_table(
+    scenarios = found["together"][TEST][found["reference"]]["episodes"]
+    note = (
+        f"\nMeans over {scenarios} test scenarios, from `make study-full`. `make study` estimates the "
+        "same means from fewer\nscenarios of its own, in the same five environments: compare its "
+        "numbers by their intervals, not by their digits."
+    )
+    table = markdown_table(
         ("policy", *(title for _, title, _ in columns)),
         [
             (f"`{policy}`", *_cells(found["together"][TEST][policy], columns, with_interval=False))
             for policy in found["shown"]
         ],
     )
+    return f"{table}\n{note}"
 
 
 def _parts(found: Record) -> dict[str, str]:

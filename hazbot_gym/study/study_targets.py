@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from hazbot_gym.study.fronts import dominates
-from hazbot_gym.study.study_record import TEST
+from hazbot_gym.study.headline import TEST
 
 Record = Mapping[str, Any]
 

@@ -21,6 +21,7 @@ from hazbot_gym.study.crossed_bootstrap import (
     each_once,
 )
 from hazbot_gym.study.front_summary import summarise_fronts
+from hazbot_gym.study.headline import headline_sets, pooled_sets
 from hazbot_gym.study.metrics import Row
 from hazbot_gym.study.multiple_comparisons import bootstrap_p_value, holm
 from hazbot_gym.study.paired_scores import differences, improvements, pair_draws
@@ -68,7 +69,6 @@ TAILS: dict[str, Literal["low", "high"]] = {
     "time_ratio": "high",
 }
 WORST, MOST_RESAMPLES_OF_TAILS = 0.05, 1000  # each resample of a tail weighs every single run
-POOLED = "all sets"
 Summary = dict[str, Any]
 
 
@@ -85,17 +85,15 @@ def summarise(rows: pd.DataFrame, study: StudyConfig, best: pd.DataFrame | None 
             scenarios, or scenarios that are not as the bank has them.
     """
     _check(rows)
-    names = [scenarios.name for scenarios in study.all_sets]
-    sets = {name: rows[rows["scenario_set"] == name] for name in names}
-    together = {group: rows_of_group(rows, group) for group in groups(names)}
-    if len(sets) > 1 and not together:
-        together = {POOLED: rows}
+    parts = {each.name: [each.name] for each in study.all_sets} | pooled_sets(study)
+    blocks = {name: rows[rows["scenario_set"].isin(sets)] for name, sets in parts.items()}
     summary = {
         "study": study.identity(),
         "ssm_profile": study.ssm.profile(),
         "confidence": study.confidence,
         "reference": study.reference_policy,
-        "sets": {name: summarise_set(block, study) for name, block in {**sets, **together}.items()},
+        "headline": dict(zip(("name", "sets"), headline_sets(study), strict=True)),
+        "sets": {name: summarise_set(block, study) for name, block in blocks.items()},
     }
     luck = {"resamples": study.resamples, "confidence": study.confidence, "seed": study.seed}
     if study.fronts is not None:
@@ -111,17 +109,6 @@ def summarise(rows: pd.DataFrame, study: StudyConfig, best: pd.DataFrame | None 
             }
         )
     return summary
-
-
-def groups(names: Sequence[str]) -> list[str]:
-    """Return what sets of the bank have in common: ``test`` of ``test/Crossing`` and others."""
-    prefixes = [name.rpartition("/")[0] for name in names]
-    return [group for group in dict.fromkeys(prefixes) if group and prefixes.count(group) > 1]
-
-
-def rows_of_group(rows: pd.DataFrame, group: str) -> pd.DataFrame:
-    """Return the rows of all sets of a group."""
-    return rows[rows["scenario_set"].str.rpartition("/")[0] == group]
 
 
 def _blocks(rows: pd.DataFrame, names: Sequence[str]) -> dict[str, pd.DataFrame]:

@@ -12,7 +12,7 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import records, report, report_figures
 from hazbot_gym.study.config import ScenarioSet, StudyConfig
 from hazbot_gym.study.report_style import styles
-from hazbot_gym.study.summary import POOLED
+from hazbot_gym.study.headline import IN_DISTRIBUTION, POOLED, headline
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +56,7 @@ def test_the_page_says_what_was_run(study: report.Study, page: str) -> None:
 
 def test_every_set_is_in_every_plot_that_can_choose(page: str) -> None:
     plots = plots_of(page)
-    assert list(plots["front"]) == [report.DRAWN, POOLED, "E*", "Crossing", "Corridor"]
+    assert list(plots["front"]) == [IN_DISTRIBUTION, POOLED, "E*", "Crossing", "Corridor"]
     assert list(plots["clearance"]) == list(plots["front"])
     assert list(plots["distance"]) == ["E*", "Crossing", "Corridor"]
     assert list(plots["speed E*"]) == ["E*"]
@@ -93,11 +93,11 @@ def test_curves_of_clearance_end_at_the_share_that_ever_met_anybody() -> None:
     assert (trace["x"], trace["y"]) == ([0.0, 0.25, 0.5], [0.0, 0.25, 0.75])
 
 
-def test_the_headline_is_over_drawn_people_alone(study: report.Study) -> None:
-    assert report.drawn_sets(study) == ["Crossing", "Corridor"]
-    block = report.all_blocks(study)[report.DRAWN]
+def test_the_headline_is_over_what_is_in_distribution_alone(study: report.Study) -> None:
+    found = headline(study.summary)
+    assert (found.name, found.sets) == (IN_DISTRIBUTION, ["Crossing", "Corridor"])
     rows = study.rows[study.rows["scenario_set"] != "E*"]
-    for policy, result in block.items():
+    for policy, result in found.policies.items():
         mean = rows[rows["policy"] == policy]["time_ratio"].mean()
         assert result["episodes"] == 8
         assert result["metrics"]["time_ratio"]["mean"] == pytest.approx(mean)

@@ -14,7 +14,7 @@ from hazbot_gym.study.summary import COMPARED, HEADLINE, RATES, means, summarise
 from hazbot_gym.study.tables import study_tables
 
 STUDY = StudyConfig(
-    policies=("constant:0.5", "fuzzy_expert:rules=complete32"),
+    policies=("constant:0.5", "fuzzy_expert:rules=literal8"),
     sets=tuple(ScenarioSet(name=name, env="hazbot_gym/Corridor-v0") for name in ("easy", "hard")),
     episodes=20,
     resamples=200,
@@ -66,7 +66,7 @@ def test_every_policy_has_means_and_intervals_in_every_set_and_in_all() -> None:
 
 def test_differences_are_paired_and_against_the_reference() -> None:
     summary = summarise(pd.DataFrame(made_up_rows()), STUDY)
-    policy = summary["sets"]["easy"]["fuzzy_expert:rules=complete32"]
+    policy = summary["sets"]["easy"]["fuzzy_expert:rules=literal8"]
     assert set(policy["difference"]) == set(COMPARED)
     difference = policy["difference"]["kinetic_intrusion_m2"]
     assert [difference[name] for name in ("mean", "low", "high")] == [-0.5, -0.5, -0.5]
@@ -131,7 +131,7 @@ def test_the_table_fits_120_columns_with_nothing_cut_off() -> None:
     lines = out.getvalue().splitlines()
     assert max(map(len, lines)) <= 120
     assert "…" not in out.getvalue()
-    for text in ("easy", "hard", "all sets", "rules=complete32", "-1235", "90", "70..97"):
+    for text in ("easy", "hard", "all sets", "rules=literal8", "-1235", "90", "70..97"):
         assert text in out.getvalue()
 
 

@@ -1,0 +1,100 @@
+"""The headline of a study: the one aggregate that terminal, report and README show first.
+
+It pools the episodes of the scenario sets that are in distribution, that is in the situations that
+policies are made for: people who are drawn anew cross, encounter, lead, confront, or do all of it
+in a corridor. These are
+
+1. the sets of the bank's group ``test``, where a study has some; else
+2. the sets of the same five environments with no config value changed but the tier; else
+3. all sets.
+
+    mean of a metric = sum over the episodes of all these sets / number of those episodes
+
+where an episode in which the metric is not defined counts in neither. Each set is resampled by
+itself, so that an interval is about these sets. Studies of different scenarios (the full study on
+the frozen bank, a small one on scenarios of its own) estimate the same quantity with other samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.study.bank_sets import GROUPS
+from hazbot_gym.study.config import ScenarioSet, StudyConfig
+
+POOLED, IN_DISTRIBUTION, TEST = "all sets", "in distribution", "test"  # of what is pooled
+_PRESETS = {f"{preset}-v0" for preset, _ in GROUPS[TEST].sets.values()}
+
+
+class Headline(NamedTuple):
+    """The results that stand for a study.
+
+    Attributes:
+        name: Of the aggregate, a key of ``summary["sets"]``.
+        sets: Names of the scenario sets that it pools.
+        policies: Results of each policy, as of a single set.
+    """
+
+    name: str
+    sets: Sequence[str]
+    policies: Mapping[str, Any]
+
+    @property
+    def episodes(self) -> int:
+        """The number of scenarios that every policy met."""
+        first = next(iter(self.policies.values()))
+        return int(first["episodes"]) // int(first["training_seeds"])
+
+
+def headline(summary: Mapping[str, Any]) -> Headline:
+    """Return the headline of a study's summary."""
+    name, sets = summary["headline"]["name"], summary["headline"]["sets"]
+    return Headline(name, sets, summary["sets"][name])
+
+
+def headline_sets(study: StudyConfig) -> tuple[str, list[str]]:
+    """Return what the headline of a study is called, and the names of its sets."""
+    names = [each.name for each in study.all_sets]
+    test = [name for name in names if name.startswith(f"{TEST}/")]
+    found = test or [each.name for each in study.all_sets if _is_in_distribution(each)] or names
+    if len(found) == 1:
+        return found[0], found
+    if found == test:
+        return TEST, found
+    return (POOLED if found == names else IN_DISTRIBUTION), found
+
+
+def pooled_sets(study: StudyConfig) -> dict[str, list[str]]:
+    """Return the sets of everything that is pooled in a study, by what it is called.
+
+    Raises:
+        InvalidInput: A set has the name of something that is pooled.
+    """
+    names = [each.name for each in study.all_sets]
+    found = {
+        group: [name for name in names if name.rpartition("/")[0] == group]
+        for group in groups(names)
+    }
+    title, sets = headline_sets(study)
+    if len(sets) > 1:
+        found = {title: sets} | found
+    if len(names) > 1 and not groups(names):
+        found[POOLED] = names
+    taken = next((name for name in found if name in names), None)
+    if taken is not None:
+        raise InvalidInput(
+            f"sets: given the name {taken!r}, which several sets together have; rename that set"
+        )
+    return found
+
+
+def groups(names: Sequence[str]) -> list[str]:
+    """Return what sets of the bank have in common: ``test`` of ``test/Crossing`` and others."""
+    prefixes = [name.rpartition("/")[0] for name in names]
+    return [group for group in dict.fromkeys(prefixes) if group and prefixes.count(group) > 1]
+
+
+def _is_in_distribution(scenarios: ScenarioSet) -> bool:
+    return scenarios.env.rpartition("/")[2] in _PRESETS and scenarios.overrides.keys() <= {"tier"}
