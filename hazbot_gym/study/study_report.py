@@ -52,9 +52,9 @@ def readme_table(record: Record) -> str:
     columns = [column for column in HEADLINE if column[0] in README]
     scenarios = found["together"][TEST][found["reference"]]["episodes"]
     note = (
-        f"\nMeans over {scenarios} test scenarios, from `make study-full`. `make study` estimates the "
-        "same means from fewer\nscenarios of its own, in the same five environments: compare its "
-        "numbers by their intervals, not by their digits."
+        f"\nMeans over {scenarios} test scenarios, from `make study-full`. `make study` estimates "
+        "the same means from fewer\nscenarios of its own, in the same five environments: compare "
+        "its numbers by their intervals, not by their digits."
     )
     table = markdown_table(
         ("policy", *(title for _, title, _ in columns)),

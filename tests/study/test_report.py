@@ -11,8 +11,8 @@ import pytest
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import records, report, report_figures
 from hazbot_gym.study.config import ScenarioSet, StudyConfig
-from hazbot_gym.study.report_style import styles
 from hazbot_gym.study.headline import IN_DISTRIBUTION, POOLED, headline
+from hazbot_gym.study.report_style import styles
 
 
 @pytest.fixture(scope="module")

@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
+from hazbot_gym.study.headline import POOLED
 from hazbot_gym.study.study_record import KEPT, RATES, record_of, small_record_of
 from hazbot_gym.study.study_report import page, readme_table
 from hazbot_gym.study.study_targets import sonar_targets, tracks_targets
-from hazbot_gym.study.headline import POOLED
 from hazbot_gym.study.summary import COMPARED, TAILS
 
 TEMPLATE = (Path(__file__).parents[2] / "docs" / "study.template.md").read_text(encoding="utf-8")
