@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, get_args
 
-import yaml
 from annotated_types import Ge, Gt, Le
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
@@ -30,6 +29,7 @@ from hazbot_gym.core.social_force import (
 from hazbot_gym.core.tracking import TrackingGains
 from hazbot_gym.core.ultrasonic import Ultrasonic
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.utils.yaml_loader import read_yaml
 
 Family = Literal["crossing", "encountering", "leading", "confronting", "mixed"]
 Weight = Annotated[float, Ge(0)]
@@ -317,23 +317,6 @@ def _deltas(given: Config | Mapping[str, Any] | str | Path | None) -> Mapping[st
         kind = type(given).__name__
         raise InvalidInput(f"config: given {kind}, allowed are a Config, a mapping or a path")
     return given or {}
-
-
-def read_yaml(path: Path, what: str = "config") -> dict[str, Any]:
-    """Return the mapping in a YAML file; ``what`` names it in complaints.
-
-    Raises:
-        InvalidInput: The file cannot be read or does not hold a mapping.
-    """
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InvalidInput(f"{what}: cannot read {path} ({error.strerror})") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InvalidInput(f"{what}: {path} is not YAML ({str(error).splitlines()[0]})") from error
-    if not isinstance(content, dict):
-        raise InvalidInput(f"{what}: {path} holds {type(content).__name__}, a mapping is needed")
-    return content
 
 
 def first_error(error: ValidationError, model: type[BaseModel] = Config) -> str:

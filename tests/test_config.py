@@ -177,7 +177,7 @@ def test_file_of_deltas_is_read(tmp_path: Path) -> None:
         (b"tier: [", "is not YAML"),
         (b"\xff\xfe\xff", "is not YAML"),
         (b"- tier", "holds list, a mapping is needed"),
-        (b"", "holds NoneType, a mapping is needed"),
+        (b"tier: sonar\ntier: tracks", "line 2: key 'tier' is given twice"),
         (b"tear: sonar", "tear: unknown key, allowed are place"),
     ],
 )

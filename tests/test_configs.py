@@ -8,9 +8,10 @@ from typing import Any
 
 import pytest
 
-from hazbot_gym.config import make_config, read_yaml
+from hazbot_gym.config import make_config
 from hazbot_gym.study.config import load_study
 from hazbot_gym.study.train_config import load_training
+from hazbot_gym.utils.yaml_loader import read_yaml
 
 ROOT = Path(__file__).parents[1]
 FILES = sorted((ROOT / "configs").glob("*.yaml"))

@@ -6,8 +6,9 @@ from functools import cache
 from importlib import resources
 from typing import Literal
 
-import yaml
 from pydantic import BaseModel, ConfigDict, TypeAdapter
+
+from hazbot_gym.utils.yaml_loader import parse_yaml
 
 
 class Line(BaseModel):
@@ -25,4 +26,4 @@ class Line(BaseModel):
 def lines() -> list[Line]:
     """Return all of them, in the paper's order."""
     text = resources.files(__package__).joinpath("lines.yaml").read_text(encoding="utf-8")
-    return TypeAdapter(list[Line]).validate_python(yaml.safe_load(text))
+    return TypeAdapter(list[Line]).validate_python(parse_yaml(text, "lines.yaml"))

@@ -11,10 +11,10 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-import yaml
 from pydantic import BaseModel, ConfigDict, model_validator
 
 from hazbot_gym.errors import HazbotError
+from hazbot_gym.utils.yaml_loader import parse_yaml
 
 REPRODUCED, NEAR, NOT = "reproduced", "near", "not reproducible"
 NEAR_TOLERANCES = 2.0  # a value off by this many tolerances is still near
@@ -64,7 +64,7 @@ class Reported(BaseModel):
 def reported() -> Reported:
     """Return what the paper reports."""
     text = resources.files(__package__).joinpath("numbers.yaml").read_text(encoding="utf-8")
-    return Reported.model_validate(yaml.safe_load(text))
+    return Reported.model_validate(parse_yaml(text, "numbers.yaml"))
 
 
 def verdict(number: Number, here: float | None) -> str:

@@ -12,16 +12,16 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import yaml
 from annotated_types import Ge, Gt, Lt, MinLen
 from pydantic import Field, ValidationError, field_serializer, field_validator
 
-from hazbot_gym.config import Section, first_error, read_yaml
+from hazbot_gym.config import Section, first_error
 from hazbot_gym.envs.registration import NAMESPACE
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.knobs import sweep
 from hazbot_gym.study import bank_sets
 from hazbot_gym.study.metrics import SsmThresholds
+from hazbot_gym.utils.yaml_loader import parse_yaml, read_yaml
 
 Engine = Literal["batched", "pymunk"]  # the reference is pymunk; both give the same numbers
 
@@ -317,8 +317,5 @@ def parse_overrides(changes: Iterable[str]) -> dict[str, Any]:
             inner = inner.setdefault(group, {}) if isinstance(inner, dict) else None
         if not (equals and field and isinstance(inner, dict)):
             raise InvalidInput(f"set: cannot use {change!r}; give key=value or group.key=value")
-        try:
-            inner[field] = yaml.safe_load(text)
-        except yaml.YAMLError as error:
-            raise InvalidInput(f"set: the value of {change!r} is not readable YAML") from error
+        inner[field] = parse_yaml(text, f"set: {name}")
     return overrides

@@ -14,12 +14,13 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hazbot_gym.config import merge, read_yaml
+from hazbot_gym.config import merge
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.search_spaces import SPACES
 from hazbot_gym.study import run_folder
 from hazbot_gym.study.config import Learner, StudyConfig
 from hazbot_gym.study.train_config import TrainConfig, load_training
+from hazbot_gym.utils.yaml_loader import read_yaml
 
 TUNED, TRAINED = "tuned", "trained"
 _FILE = "learned:path="

@@ -16,12 +16,13 @@ from typing import Annotated, Any, Literal
 from annotated_types import Ge, Gt, Le, MinLen
 from pydantic import Field, ValidationError, ValidationInfo, field_validator
 
-from hazbot_gym.config import Config, Section, first_error, make_config, read_yaml
+from hazbot_gym.config import Config, Section, first_error, make_config
 from hazbot_gym.envs.registration import NAMESPACE
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import rollout
 from hazbot_gym.study.config import Engine, ScenarioSet
 from hazbot_gym.task.observation import LAYOUTS, Layout
+from hazbot_gym.utils.yaml_loader import read_yaml
 
 Algorithm = Literal["ppo", "sac", "td3", "tqc", "dqn", "recurrent_ppo", "bc", "dagger"]
 PUPILS = ("bc", "dagger")  # that learn from a teacher alone, never from rewards

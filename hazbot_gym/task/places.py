@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from hazbot_gym.config import first_error, read_yaml
+from hazbot_gym.config import first_error
 from hazbot_gym.core.state import Place
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.place_data import (
@@ -20,6 +20,7 @@ from hazbot_gym.task.place_data import (
     Segment,
     build_place,
 )
+from hazbot_gym.utils.yaml_loader import read_yaml
 
 CIRCLE_RADIUS_M = 3.431  # of the paper's circle: Table 3; the text says about 3.5 m
 

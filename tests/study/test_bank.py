@@ -6,7 +6,6 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from hazbot_gym.config import read_yaml
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import bank, bank_sets, bench_training, validation
 from hazbot_gym.study.bank_sets import BANK_SETS, GROUPS, BankSet
@@ -14,6 +13,7 @@ from hazbot_gym.study.comparison import run_study
 from hazbot_gym.study.config import load_study
 from hazbot_gym.study.records import EPISODES, read_episodes
 from hazbot_gym.study.rollout import resolve
+from hazbot_gym.utils.yaml_loader import read_yaml
 
 ROOT = Path(__file__).parents[2]
 

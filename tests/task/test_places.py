@@ -176,7 +176,7 @@ def test_mistake_in_a_place_file_is_one_clear_line(
         (b"walls: [", "is not YAML"),
         (b"\xff\xfe\xff", "is not YAML"),
         (b"- 1", "holds list, a mapping is needed"),
-        (b"", "holds NoneType"),
+        (b"", "name: .*field required"),
         (b"name: yard", "path: .*field required"),
     ],
 )
