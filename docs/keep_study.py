@@ -5,13 +5,12 @@ Parts are tracks, sonar, observations, contacts and people; those not given stay
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 
 from hazbot_gym.study import report
 from hazbot_gym.study.entrants import TUNED
-from hazbot_gym.study.files import write_json
+from hazbot_gym.study.files import read_json, write_json
 from hazbot_gym.study.study_record import Record, record_of, small_record_of
 
 RECORD = Path(__file__).parents[1] / "benchmarks" / "study.json"
@@ -20,10 +19,7 @@ RECORD = Path(__file__).parents[1] / "benchmarks" / "study.json"
 def kept(folder: Path) -> Record:
     """Return the record of the study in a folder."""
     study = report.read(folder)
-    tuned = {
-        family: json.loads((folder / TUNED / f"{family}.json").read_text(encoding="utf-8"))
-        for family in study.config.tuned
-    }
+    tuned = {family: read_json(folder / TUNED / f"{family}.json") for family in study.config.tuned}
     return record_of(
         {
             "summary": study.summary,
@@ -58,6 +54,6 @@ PARTS = {
 
 if __name__ == "__main__":
     folders = dict(argument.split("=", 1) for argument in sys.argv[1:])
-    record = json.loads(RECORD.read_text(encoding="utf-8"))
+    record = read_json(RECORD)
     record |= {part: PARTS[part](Path(folder)) for part, folder in folders.items()}
     write_json(RECORD, record)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from hazbot_gym.paper import docs_page
 from hazbot_gym.study import (
@@ -16,6 +15,7 @@ from hazbot_gym.study import (
     study_report,
     training_report,
 )
+from hazbot_gym.study.files import read_json
 
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
@@ -33,13 +33,8 @@ class Page(NamedTuple):
         """Return what the template and the record make."""
         template = (DOCS / f"{self.name}.template.md").read_text(encoding="utf-8")
         name = self.record.relative_to(ROOT).as_posix()
-        others = {argument: read(path) for argument, path in self.others.items()}
-        return self.fill(template, read(self.record), name=name, **others)
-
-
-def read(record: Path) -> Any:
-    """Return a record."""
-    return json.loads(record.read_text(encoding="utf-8"))
+        others = {argument: read_json(path) for argument, path in self.others.items()}
+        return self.fill(template, read_json(self.record), name=name, **others)
 
 
 RECORDS = ROOT / "benchmarks"
@@ -63,7 +58,7 @@ README, BEGIN, END = ROOT / "README.md", "<!-- the study's headline -->\n", "<!-
 def readme() -> str:
     """Return the README with its table as the record of the study has it."""
     before, _, rest = README.read_text(encoding="utf-8").partition(BEGIN)
-    table = study_report.readme_table(read(RECORDS / "study.json"))
+    table = study_report.readme_table(read_json(RECORDS / "study.json"))
     return f"{before}{BEGIN}{table}\n{END}{rest.partition(END)[2]}"
 
 

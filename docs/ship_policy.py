@@ -6,13 +6,13 @@ reached in the study (``benchmarks/study.json``) goes onto the card.
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 
 from hazbot_gym.policies.actor_file import Trained, read
 from hazbot_gym.policies.learned import SHIPPED
 from hazbot_gym.study.export import export_actor
+from hazbot_gym.study.files import read_json
 from hazbot_gym.study.run_folder import POLICY
 
 RECORD = Path(__file__).parents[1] / "benchmarks" / "study.json"
@@ -20,7 +20,7 @@ RECORD = Path(__file__).parents[1] / "benchmarks" / "study.json"
 
 def on_card(tier: str) -> dict[str, str]:
     """Return what the tier's first learner reached on the test scenarios."""
-    found = json.loads(RECORD.read_text(encoding="utf-8"))[tier]
+    found = read_json(RECORD)[tier]
     learner = found["learners"][0]
     block = found["together"]["test"][learner]
     metrics = {

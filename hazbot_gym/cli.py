@@ -371,9 +371,11 @@ def _check_parent(file: Path | None) -> None:
         raise InvalidInput(f"json: given {str(file)!r}, whose folder does not exist")
 
 
-def _write_json(file: Path | None, content: Any) -> None:
+def _write_json(file: Path | None, content: dict[str, Any]) -> None:
+    from hazbot_gym.study.files import write_json
+
     if file is not None:
-        file.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+        write_json(file, content, is_sorted=False)
 
 
 def _console() -> Console:

@@ -10,6 +10,7 @@ from typer.testing import CliRunner, Result
 
 from hazbot_gym.cli import app
 from hazbot_gym.study import bench
+from hazbot_gym.study.files import read_json
 
 METRICS = {
     "arrived",
@@ -248,7 +249,7 @@ def test_quick_benchmark_prints_and_writes_its_record(
     result = hazbot("bench", "--quick", "--json", "bench.json")
     assert result.exit_code == 0, result.output
     assert "batched, 8192 worlds, 10 people" in result.stdout
-    record = json.loads((empty_folder / "bench.json").read_text())
+    record = read_json(empty_folder / "bench.json")
     assert {"hazbot_gym/Corridor-v0", "CartPole-v1", "ratio", "cases", "goals"} < set(record)
 
 

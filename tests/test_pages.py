@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any
 import pytest
 
 from hazbot_gym.paper.tables import shown as as_printed
+from hazbot_gym.study.files import read_json
 from hazbot_gym.study.headroom_report import percent
 from hazbot_gym.study.plain_tables import shown
 
@@ -78,7 +78,7 @@ def test_page_is_what_the_script_makes_of_the_record(page: Any) -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_every_number_of_the_page_is_in_the_record(page: Any) -> None:
-    record = [json.loads(each.read_text("utf-8")) for each in (page.record, *page.others.values())]
+    record = [read_json(each) for each in (page.record, *page.others.values())]
     text = (ROOT / "docs" / f"{page.name}.md").read_text(encoding="utf-8")
     known = (
         numbers_of(record, in_percent=page.name == "headroom", fixed=page.name == "study") | KNOWN

@@ -8,7 +8,6 @@ OUT/paper.html       all of it, section by section, as one page that needs no ne
 from __future__ import annotations
 
 import importlib
-import json
 import math
 from collections.abc import Callable
 from concurrent.futures import as_completed
@@ -87,8 +86,7 @@ def reproduce(
 
 def read(out: Path) -> Record:
     """Return the record in a folder of results."""
-    record: Record = json.loads((out / RECORD).read_text(encoding="utf-8"))
-    return record
+    return files.read_json(out / RECORD)
 
 
 def run_chapters(

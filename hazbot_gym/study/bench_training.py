@@ -21,6 +21,7 @@ from typing import Any
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import provenance, rollout
+from hazbot_gym.study.files import read_json
 from hazbot_gym.study.fronts import AXES, dominates
 from hazbot_gym.study.run_folder import POLICY, RESULT
 from hazbot_gym.study.summary import summarise_one
@@ -109,7 +110,7 @@ def _median_s(runs: list[Record], has_reached: list[bool]) -> float | None:
 def learn(path: Path, config: TrainConfig, seed: int, expert: Record, episodes: int) -> Record:
     """Train with one seed, and say how the policy stands beside the expert."""
     with trained(path, seed=seed) as (folder, seconds, peak_bytes):
-        result = json.loads((folder / RESULT).read_text(encoding="utf-8"))
+        result = read_json(folder / RESULT)
         metrics = judge(f"learned:{folder / POLICY}", config, episodes)
     return {
         "seed": seed,
@@ -143,7 +144,7 @@ def speed(path: Path, config: TrainConfig) -> Record:
     for _ in range(TURNS):
         for name, changes in cases.items():
             with trained(path, **changes) as (folder, _, _):
-                result = json.loads((folder / RESULT).read_text(encoding="utf-8"))
+                result = read_json(folder / RESULT)
             rates[name].append(result["steps_per_s"])
     ratios = (a / b for a, b in zip(rates["batched"], rates["pymunk"], strict=True))
     medians = {name: statistics.median(each) for name, each in rates.items()}

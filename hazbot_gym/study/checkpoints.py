@@ -20,7 +20,7 @@ import torch
 from rich.console import Console
 from stable_baselines3.common.base_class import BaseAlgorithm
 
-from hazbot_gym.study.files import sweep, write_atomically
+from hazbot_gym.study.files import sweep, write_bytes
 
 KEPT = 2
 COUNTERS = (
@@ -47,8 +47,7 @@ def save(folder: Path, model: BaseAlgorithm, progress: State) -> None:
     torch.save({"model": state_of(model), "progress": progress}, content)
     data = content.getvalue()
     digest = hashlib.sha256(data).hexdigest().encode()
-    path = folder / f"{model.num_timesteps:012d}.pt"
-    write_atomically(path, lambda beside: _write(beside, digest, data))
+    write_bytes(folder / f"{model.num_timesteps:012d}.pt", digest + b"\n" + data)
     for old in _all(folder)[KEPT:]:
         old.unlink(missing_ok=True)
 
@@ -112,9 +111,3 @@ def _fill_buffer(model: BaseAlgorithm, state: State) -> None:
 def _all(folder: Path) -> list[Path]:
     """Return the checkpoints, the newest first."""
     return sorted(folder.glob("[0-9]*.pt"), reverse=True)
-
-
-def _write(path: Path, digest: bytes, data: bytes) -> None:
-    with path.open("wb") as file:
-        file.write(digest + b"\n")
-        file.write(data)

@@ -5,7 +5,6 @@ A session that is killed notes nothing; of its training runs the folders keep th
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -38,7 +37,7 @@ def read(path: Path) -> list[dict[str, Any]]:
     """Return the sessions that are noted; none if there is no such file."""
     if not path.exists():
         return []
-    return list(json.loads(path.read_text(encoding="utf-8"))["sessions"])
+    return list(files.read_json(path)["sessions"])
 
 
 def peak_memory_gb() -> float | None:

@@ -9,7 +9,6 @@ study goes on with what is left of them.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,6 +18,7 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.search_spaces import SPACES
 from hazbot_gym.study import run_folder
 from hazbot_gym.study.config import Learner, StudyConfig
+from hazbot_gym.study.files import read_json
 from hazbot_gym.study.train_config import TrainConfig, load_training
 from hazbot_gym.utils.yaml_loader import read_yaml
 
@@ -83,7 +83,7 @@ def _searches(study: StudyConfig, out: Path) -> Iterator[Job]:
 
 def entrants(study: StudyConfig, out: Path) -> list[Entrant]:
     """Return all who take part; every job must be done."""
-    tuned = [_read(out / TUNED / f"{family}.json")["best"]["policy"] for family in study.tuned]
+    tuned = [read_json(out / TUNED / f"{family}.json")["best"]["policy"] for family in study.tuned]
     trained = [
         tuple(
             _FILE + str(folder_of(learner, k, out) / run_folder.POLICY)
@@ -148,7 +148,7 @@ def trainings(study: StudyConfig, out: Path) -> list[Training]:
     found = []
     for learner in study.learners:
         results = [
-            _read(folder_of(learner, k, out) / run_folder.RESULT) for k in range(learner.seeds)
+            read_json(folder_of(learner, k, out) / run_folder.RESULT) for k in range(learner.seeds)
         ]
         found.append(
             Training(
@@ -167,8 +167,3 @@ def _train(config: TrainConfig, folder: Path) -> None:
     from hazbot_gym.study import training  # torch is not needed by those who only tune
 
     training.train(config, folder, resume=True)
-
-
-def _read(path: Path) -> dict[str, Any]:
-    record: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    return record

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.actor_file import Trained, card, describe, write
 from hazbot_gym.policies.from_sb3 import actor_of
-from hazbot_gym.study.files import write_atomically, write_text
+from hazbot_gym.study.files import write_bytes, write_text
 
 
 def export_model(
@@ -57,10 +58,7 @@ def export_actor(trained: Trained, path: Path, *, overwrite: bool = False) -> No
         raise InvalidInput(f"path: given {str(path)!r}, allowed is a name that ends in .npz")
     if path.exists() and not overwrite:
         raise InvalidInput(f"path: given {str(path)!r}, which is there already")
-    write_atomically(path, lambda beside: _write(trained, beside))
+    content = io.BytesIO()
+    write(trained, content)
+    write_bytes(path, content.getvalue())
     write_text(path.with_suffix(".md"), card(trained, path.stem))
-
-
-def _write(trained: Trained, path: Path) -> None:
-    with path.open("wb") as file:
-        write(trained, file)

@@ -1,43 +1,97 @@
-"""Files that are whole or absent, never half-written: each is filled under another name first."""
+"""Files that are whole or absent, never half-written, and records that notice damage.
+
+Each file is filled under another name first. A record has a checksum inside
+(``utils/checksum.py``), which is compared before anything of it is used.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import json
-import os
-import tempfile
+import secrets
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.utils.checksum import BLANK, is_whole, seal
+
+CHECKSUM = "checksum"  # key of a JSON record, which readers do not see
+
+
+class Damaged(InvalidInput):
+    """A record is not what was written: cut off, changed, or of a version without checksums."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(
+            f"{str(path)!r} is damaged, or was edited: its checksum is not that of its content"
+        )
 
 
 def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
-    """Let ``write`` fill a file beside ``path``, then rename it: readers see all of it or none."""
+    """Let ``write`` fill a file beside ``path``, then rename it: readers see all of it or none.
+
+    Raises:
+        InvalidInput: The file cannot be written: no space, no permission, no folder.
+    """
+    beside = path.with_name(f".{path.name}.{secrets.token_hex(4)}.tmp")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".tmp")
-    except OSError as error:
-        raise InvalidInput(f"out: cannot write {str(path)!r}: {error.strerror}") from error
-    os.close(handle)
-    beside = Path(name)
-    try:
+        beside.touch(exist_ok=False)
         write(beside)
-        beside.chmod(0o644)
         beside.replace(path)
+    except OSError as error:
+        reason = error.strerror or error
+        raise InvalidInput(f"out: cannot write {str(path)!r}: {reason}") from error
     finally:
-        beside.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            beside.unlink()
 
 
-def write_json(path: Path, content: Mapping[str, Any]) -> None:
-    """Write JSON with sorted keys; a number that is not finite must have become ``None`` before."""
-    text = json.dumps(content, indent=2, sort_keys=True, allow_nan=False, ensure_ascii=False)
-    write_text(path, text + "\n")
+def write_bytes(path: Path, data: bytes) -> None:
+    """Write bytes as they are."""
+    write_atomically(path, lambda beside: _write(beside, data))
 
 
 def write_text(path: Path, text: str) -> None:
     """Write text as UTF-8."""
-    write_atomically(path, lambda beside: _write_text(beside, text))
+    write_bytes(path, text.encode())
+
+
+def write_json(path: Path, content: Mapping[str, Any], *, is_sorted: bool = True) -> None:
+    """Write a JSON record.
+
+    Args:
+        path: Of the file.
+        content: A number that is not finite must have become ``None`` before.
+        is_sorted: Whether keys are sorted, or stay in their order.
+    """
+    sealed = {**content, CHECKSUM: BLANK}
+    text = json.dumps(sealed, indent=2, sort_keys=is_sorted, allow_nan=False, ensure_ascii=False)
+    write_bytes(path, seal(f"{text}\n".encode()))
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Return a JSON record as it was written.
+
+    Raises:
+        Damaged: Its checksum is absent, or not that of its content.
+        InvalidInput: It cannot be read.
+    """
+    content: dict[str, Any] = json.loads(read_sealed(path))
+    del content[CHECKSUM]
+    return content
+
+
+def read_sealed(path: Path) -> bytes:
+    """Return the bytes of a file that has a checksum inside; raises as ``read_json``."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InvalidInput(f"cannot read {str(path)!r}: {error.strerror}") from error
+    if not is_whole(data):
+        raise Damaged(path)
+    return data
 
 
 def owner(folder: Path, manifest: str, kind: str) -> str | None:
@@ -60,13 +114,12 @@ def owner(folder: Path, manifest: str, kind: str) -> str | None:
     if not any(folder.iterdir()):
         return None
     try:
-        found = json.loads((folder / manifest).read_text(encoding="utf-8"))[kind]
-    except (OSError, ValueError, KeyError, TypeError):
-        found = None
-    if not isinstance(found, str):
+        found: str = read_json(folder / manifest)[kind]
+    except (InvalidInput, KeyError) as error:
         raise InvalidInput(
-            f"out: {str(folder)!r} holds files that are no {kind}'s; give a new or empty folder"
-        )
+            f"out: {str(folder)!r} holds files that are no {kind}'s, or its {manifest} is damaged; "
+            "give a new or empty folder"
+        ) from error
     return found
 
 
@@ -76,5 +129,5 @@ def sweep(folder: Path) -> None:
         leftover.unlink(missing_ok=True)
 
 
-def _write_text(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8")
+def _write(path: Path, data: bytes) -> None:
+    path.write_bytes(data)

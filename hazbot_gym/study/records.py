@@ -8,9 +8,10 @@
     OUT/costs.json        what it took: time, memory, decisions
     OUT/report.html       all of it as a page
 
-Every file is written beside its final name and then renamed. Each shard carries a stamp of all that
-its numbers depend on beyond the config (code, versions, tracks); a shard with another stamp is run
-again, and so is one that cannot be read.
+Every file is written beside its final name and then renamed, and every record has a checksum inside
+(``utils/checksum.py``): one that is not what was written is not used. Each shard carries a stamp of
+all that its numbers depend on beyond the config (code, versions, tracks); a shard with another
+stamp is run again, and so is one that cannot be read.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from typing import Any, NamedTuple
 
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.study import files
-from hazbot_gym.study.files import write_atomically
+from hazbot_gym.utils.checksum import BLANK, seal
 
 try:
     import pandas as pd
@@ -32,7 +33,7 @@ except ImportError as error:
 
 MANIFEST, SHARDS, EPISODES, SUMMARY = "manifest.json", "shards", "episodes.parquet", "summary.json"
 YARDSTICK, COSTS, REPORT = "yardstick.parquet", "costs.json", "report.html"
-_STAMP = b"hazbot_stamp"
+_STAMP, _CHECKSUM = b"hazbot_stamp", b"hazbot_checksum"
 
 
 class Missing(NamedTuple):
@@ -56,20 +57,23 @@ def claim(folder: Path, identity: str) -> None:
 
 
 def write_rows(path: Path, rows: Sequence[Mapping[str, Any]], stamp: str) -> None:
-    """Write rows as parquet with checksums and a stamp."""
+    """Write rows as parquet with a checksum and a stamp."""
     table = pa.Table.from_pylist(list(rows))
-    table = table.replace_schema_metadata({_STAMP: stamp.encode()})
-    write_atomically(path, lambda beside: pq.write_table(table, beside, write_page_checksum=True))
+    _write(path, table.replace_schema_metadata({_STAMP: stamp.encode()}))
 
 
 def write_episodes(path: Path, rows: pd.DataFrame) -> None:
-    """Write the rows of a whole study as parquet."""
-    write_atomically(path, lambda beside: rows.to_parquet(beside, index=False))
+    """Write the rows of a whole study as parquet with a checksum."""
+    _write(path, pa.Table.from_pandas(rows, preserve_index=False))
 
 
 def read_episodes(path: Path) -> pd.DataFrame:
-    """Return the rows of a whole study."""
-    return pd.read_parquet(path)
+    """Return the rows of a whole study.
+
+    Raises:
+        InvalidInput: They cannot be read, or are not what was written.
+    """
+    return _read(path).to_pandas()
 
 
 def read_rows(path: Path, *, rows: int, stamp: str) -> pd.DataFrame | Missing:
@@ -83,12 +87,24 @@ def read_rows(path: Path, *, rows: int, stamp: str) -> pd.DataFrame | Missing:
     if not path.exists():
         return Missing("absent")
     try:
-        table = pq.read_table(path, page_checksum_verification=True)
-    except (pa.ArrowException, OSError):
+        table = _read(path)
+    except InvalidInput:
         return Missing("damaged")
     if (table.schema.metadata or {}).get(_STAMP) != stamp.encode():
         return Missing("outdated")
     return table.to_pandas() if table.num_rows == rows else Missing("damaged")
+
+
+def _write(path: Path, table: pa.Table) -> None:
+    """Write a table with a checksum of the whole file in its metadata."""
+    filled = table.replace_schema_metadata({**(table.schema.metadata or {}), _CHECKSUM: BLANK})
+    sink = pa.BufferOutputStream()
+    pq.write_table(filled, sink)
+    files.write_bytes(path, seal(sink.getvalue().to_pybytes()))
+
+
+def _read(path: Path) -> pa.Table:
+    return pq.read_table(pa.BufferReader(files.read_sealed(path)))
 
 
 def join(parts: list[pd.DataFrame]) -> pd.DataFrame:

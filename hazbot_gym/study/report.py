@@ -6,7 +6,6 @@ The page is drawn by the templates in ``report_page``; what they are filled with
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from importlib import resources
 from pathlib import Path
@@ -81,8 +80,8 @@ def read(folder: Path) -> Study:
         InvalidInput: the folder holds no finished study, or one of another version.
     """
     try:
-        manifest = json.loads((folder / records.MANIFEST).read_text(encoding="utf-8"))
-        summary = json.loads((folder / records.SUMMARY).read_text(encoding="utf-8"))
+        manifest = files.read_json(folder / records.MANIFEST)
+        summary = files.read_json(folder / records.SUMMARY)
         rows = records.read_episodes(folder / records.EPISODES)
         config = StudyConfig.model_validate(manifest["config"])
         best = folder / records.YARDSTICK

@@ -16,7 +16,6 @@ bootstrapped, as at the end of every rollout, but their ends are seen a little l
 
 from __future__ import annotations
 
-import json
 import time
 from datetime import UTC, datetime
 from pathlib import Path
@@ -41,7 +40,7 @@ from hazbot_gym.policies.residual import on_its_base
 from hazbot_gym.study import checkpoints, provenance, rollout
 from hazbot_gym.study.algorithms import make_model
 from hazbot_gym.study.export import export_model
-from hazbot_gym.study.files import write_json
+from hazbot_gym.study.files import read_json, write_json
 from hazbot_gym.study.imitation import imitate, teacher_of
 from hazbot_gym.study.residual_envs import ResidualEnvs
 from hazbot_gym.study.run_folder import CHECKPOINTS, MANIFEST, POLICY, RESULT, TENSORBOARD, claim
@@ -206,7 +205,7 @@ class Stretches(BaseCallback):
             self.policy_path,
             tier=self.tier,
             residual=self.residual,
-            training=json.loads((self.out / MANIFEST).read_text(encoding="utf-8")),
+            training=read_json(self.out / MANIFEST),
             results=found,
             overwrite=True,
         )

@@ -173,7 +173,7 @@ def found(search: Search, path: Path) -> list[Record] | None:
     if not path.exists():
         return []
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
+        record = files.read_json(path)
         return list(record["trials"]) if record["tuning"] == search.identity() else None
     except (OSError, ValueError, KeyError, TypeError):
         return None

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ from hazbot_gym.paper.chapter import Chapter, Picture, Table
 from hazbot_gym.paper.docs_page import page as docs_page
 from hazbot_gym.paper.numbers import reported
 from hazbot_gym.paper.page import make_page
+from hazbot_gym.study.files import read_json
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 2 1"><rect width="2" height="1"/></svg>'
 
@@ -44,7 +44,7 @@ def fake(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_run_leaves_record_page_and_pictures(tmp_path: Path, fake: None) -> None:
     record = run.reproduce(tmp_path / "new", quick=True)
-    assert json.loads((tmp_path / "new" / "paper.json").read_text(encoding="utf-8")) == record
+    assert read_json(tmp_path / "new" / "paper.json") == record
     assert (tmp_path / "new" / "figures" / "it.svg").read_text(encoding="utf-8") == SVG
     page = (tmp_path / "new" / "paper.html").read_text(encoding="utf-8")
     assert "The paper, run again" in page

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,7 @@ import pytest
 from hazbot_gym import policies
 from hazbot_gym.policies.actor_file import card, read
 from hazbot_gym.policies.learned import SHIPPED
+from hazbot_gym.study.files import read_json
 from hazbot_gym.study.rollout import evaluate
 from hazbot_gym.study.summary import means
 from hazbot_gym.study.train_config import TrainConfig, load_training
@@ -37,7 +37,7 @@ def test_it_is_small_and_says_by_which_config_it_comes_again(tier: str) -> None:
 
 @tiers
 def test_its_card_says_what_its_learner_reached_in_the_study(tier: str) -> None:
-    record = json.loads((RECORDS / "study.json").read_text(encoding="utf-8"))[tier]
+    record = read_json(RECORDS / "study.json")[tier]
     found = read(SHIPPED / f"ppo_{tier}.npz").about["study"]
     assert found["learner"] == record["learners"][0]
     mean = record["together"]["test"][found["learner"]]["metrics"]["time_ratio"]["mean"]

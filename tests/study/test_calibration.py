@@ -13,6 +13,7 @@ from hazbot_gym.core.social_force import HELBING_MOLNAR_1995, SocialForce
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import calibration
 from hazbot_gym.study.calibration import Run, load_runs, loss, split, walk_again
+from hazbot_gym.study.files import read_json
 
 RECORD = Path(__file__).parents[2] / "benchmarks" / "calibration.json"
 
@@ -23,7 +24,7 @@ def runs(tracks_dir: Path) -> dict[str, Run]:
 
 
 def test_the_shipped_constants_are_those_of_the_record() -> None:
-    record = json.loads(RECORD.read_text(encoding="utf-8"))
+    record = read_json(RECORD)
     shipped = {name: getattr(SocialForce(), name) for name in calibration.BOUNDS}
     assert record["fitted"] == record["shipped"] == shipped
 
@@ -50,7 +51,7 @@ def test_the_shipped_constants_lose_least(runs: dict[str, Run]) -> None:
 
 def test_the_record_is_what_these_people_and_constants_give(runs: dict[str, Run]) -> None:
     found = calibration.report(*split(runs, calibration.FITTED_ON), SocialForce())
-    assert json.loads(json.dumps(found)) == json.loads(RECORD.read_text(encoding="utf-8"))
+    assert json.loads(json.dumps(found)) == read_json(RECORD)
 
 
 def test_speeds_can_be_drawn_instead(runs: dict[str, Run]) -> None:
@@ -88,7 +89,7 @@ def test_the_command_judges_the_defaults(tracks_dir: Path, tmp_path: Path) -> No
     result = CliRunner().invoke(app, asked)
     assert result.exit_code == 0, result.output
     assert "on the runs not fitted on: all but uo-180-180-120" in result.output
-    assert json.loads(file.read_text(encoding="utf-8"))["goal_mps"] == calibration.GOAL_MPS
+    assert read_json(file)["goal_mps"] == calibration.GOAL_MPS
 
 
 def test_a_folder_that_is_not_there() -> None:

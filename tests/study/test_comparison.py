@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import io
-import json
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from pathlib import Path
@@ -12,7 +11,7 @@ import pytest
 from rich.console import Console
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.study import entrants, provenance, records, workers
+from hazbot_gym.study import entrants, files, provenance, records, workers
 from hazbot_gym.study.comparison import Shard, plan, run_study
 from hazbot_gym.study.config import StudyConfig, load_study
 
@@ -89,7 +88,7 @@ def test_a_study_leaves_one_row_an_episode_in_a_fixed_order(parallel: Path) -> N
 
 
 def test_a_manifest_says_where_the_numbers_come_from(parallel: Path) -> None:
-    manifest = json.loads((parallel / records.MANIFEST).read_text())
+    manifest = files.read_json(parallel / records.MANIFEST)
     assert manifest["study"] == STUDY.identity()
     assert StudyConfig.model_validate(manifest["config"]) == STUDY
     assert manifest["environments"]["E*"]["people"]["model"] == "scripted"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import multiprocessing
 import os
 import shutil
@@ -19,7 +18,7 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import comparison, entrants, provenance, records, report, tuning
 from hazbot_gym.study.comparison import run_study
 from hazbot_gym.study.config import Learner, StudyConfig, load_study
-from hazbot_gym.study.files import write_text
+from hazbot_gym.study.files import read_json, write_text
 
 KILLS = 5
 TRAINING = {
@@ -89,7 +88,7 @@ def test_all_who_take_part_have_rows_and_learners_one_for_each_seed(
 
 
 def test_summary_counts_training_seeds_as_luck(finished: Path) -> None:
-    summary = json.loads((finished / records.SUMMARY).read_text(encoding="utf-8"))
+    summary = read_json(finished / records.SUMMARY)
     block = summary["sets"]["Crossing"]
     assert block["tiny ppo"]["training_seeds"] == 2
     assert block["tiny ppo"]["episodes"] == 8
@@ -107,7 +106,7 @@ def test_manifest_names_files_from_the_folder_which_can_be_moved(
 ) -> None:
     moved = tmp_path / "elsewhere"
     shutil.copytree(finished, moved)
-    manifest = json.loads((moved / records.MANIFEST).read_text(encoding="utf-8"))
+    manifest = read_json(moved / records.MANIFEST)
     assert manifest["entrants"]["tiny ppo"] == [
         f"learned:path=trained/tiny_ppo/{seed}/policy.npz" for seed in (0, 1)
     ]

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +9,7 @@ from typer.testing import CliRunner
 from hazbot_gym.cli import app
 from hazbot_gym.policies.knobs import sweep
 from hazbot_gym.study import headroom
+from hazbot_gym.study.files import read_json
 from hazbot_gym.study.headroom_report import family_rows, has_room
 
 RECORD = Path(__file__).parents[2] / "benchmarks" / "headroom.json"
@@ -34,14 +34,14 @@ def test_commands_are_rounded_to_the_lattice() -> None:
 
 
 def test_four_or_more_environments_have_room() -> None:
-    record = json.loads(RECORD.read_text(encoding="utf-8"))
+    record = read_json(RECORD)
     assert set(record["environments"]) == set(headroom.environments())
     rooms = [has_room(found, record) for found in record["environments"].values()]
     assert sum(rooms) >= 4
 
 
 def test_shares_run_from_the_best_constant_to_the_optimum() -> None:
-    record = json.loads(RECORD.read_text(encoding="utf-8"))
+    record = read_json(RECORD)
     assert len(family_rows(record)) == 7 * len(record["environments"])
     for found in record["environments"].values():
         assert found["families"]["constant"]["share"] == 0.0

@@ -1,8 +1,12 @@
 from __future__ import annotations
 
-import json
+import errno
+import os
+import re
+from collections.abc import Iterator
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from hazbot_gym.errors import InvalidInput
@@ -47,6 +51,90 @@ def test_a_flipped_bit_in_the_data_is_damage(tmp_path: Path) -> None:
     assert records.read_rows(shard, rows=1000, stamp="s") == records.Missing("damaged")
 
 
+def flipped(path: Path) -> Iterator[int]:
+    """Change one byte after the other of a file that is at hand, and put it back."""
+    whole = path.read_bytes()
+    for place in range(len(whole)):
+        for bit in (0x01, 0x20):  # another digit or letter; the other case
+            path.write_bytes(whole[:place] + bytes([whole[place] ^ bit]) + whole[place + 1 :])
+            yield place
+    path.write_bytes(whole)
+
+
+def test_no_byte_of_a_json_record_can_change_unnoticed(tmp_path: Path) -> None:
+    path, content = tmp_path / "record.json", {"trials": [{"return": 0.25}], "policy": "ttc"}
+    files.write_json(path, content)
+    for _ in flipped(path):
+        with pytest.raises(files.Damaged, match="damaged"):
+            files.read_json(path)
+    assert files.read_json(path) == content
+
+
+def test_no_byte_of_a_shard_can_change_unnoticed(tmp_path: Path) -> None:
+    path = tmp_path / "one.parquet"
+    records.write_rows(path, ROWS, "s")
+    for _ in flipped(path):
+        assert records.read_rows(path, rows=3, stamp="s") == records.Missing("damaged")
+    assert not isinstance(records.read_rows(path, rows=3, stamp="s"), records.Missing)
+
+
+def test_no_byte_of_a_study_s_rows_can_change_unnoticed(tmp_path: Path) -> None:
+    path, rows = tmp_path / "episodes.parquet", pd.DataFrame(ROWS)
+    records.write_episodes(path, rows)
+    for _ in flipped(path):
+        with pytest.raises(files.Damaged, match="damaged"):
+            records.read_episodes(path)
+    pd.testing.assert_frame_equal(records.read_episodes(path), rows)
+    pd.testing.assert_frame_equal(pd.read_parquet(path), rows)  # by others, too
+
+
+@pytest.mark.parametrize("cut", [0, 1, 40, -1])
+def test_a_record_cut_short_or_without_a_checksum_is_refused(tmp_path: Path, cut: int) -> None:
+    path = tmp_path / "record.json"
+    files.write_json(path, {"a": 1})
+    path.write_bytes(path.read_bytes()[:cut])
+    with pytest.raises(files.Damaged):
+        files.read_json(path)
+    path.write_text('{"a": 1}')
+    with pytest.raises(files.Damaged):
+        files.read_json(path)
+    with pytest.raises(InvalidInput, match="cannot read"):
+        files.read_json(tmp_path / "none.json")
+
+
+@pytest.mark.parametrize(("umask", "mode"), [(0o077, 0o600), (0o022, 0o644), (0o002, 0o664)])
+def test_files_get_the_permissions_that_the_umask_leaves(
+    tmp_path: Path, umask: int, mode: int
+) -> None:
+    before = os.umask(umask)
+    try:
+        files.write_json(tmp_path / "new" / "record.json", {})
+        files.write_text(tmp_path / "page.html", "")
+    finally:
+        os.umask(before)
+    for name in ("new/record.json", "page.html"):
+        assert (tmp_path / name).stat().st_mode & 0o777 == mode
+    assert (tmp_path / "new").stat().st_mode & 0o777 == 0o777 & ~umask
+
+
+def test_a_full_disk_is_one_line_and_leaves_the_old_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    files.write_json(tmp_path / "record.json", {"a": 1})
+
+    def write(path: Path, data: bytes) -> None:
+        with path.open("wb") as file:
+            file.write(data[:5])
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(Path, "write_bytes", write)
+    with pytest.raises(InvalidInput, match="No space left on device") as raised:
+        files.write_json(tmp_path / "record.json", {"a": 2})
+    assert "\n" not in str(raised.value)
+    assert [path.name for path in tmp_path.iterdir()] == ["record.json"]
+    assert files.read_json(tmp_path / "record.json") == {"a": 1}
+
+
 def test_a_shard_with_too_few_rows_is_damaged(tmp_path: Path) -> None:
     shard = tmp_path / "one.parquet"
     records.write_rows(shard, ROWS[:2], "s")
@@ -70,13 +158,15 @@ def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(tmp_path: Path)
     with pytest.raises(RuntimeError, match="power cut"):
         files.write_atomically(path, fail)
     assert [p.name for p in tmp_path.iterdir()] == ["summary.json"]
-    assert json.loads(path.read_text()) == {"a": 1}
+    assert files.read_json(path) == {"a": 1}
 
 
 def test_json_is_sorted_and_refuses_what_is_not_finite(tmp_path: Path) -> None:
     files.write_json(tmp_path / "a.json", {"b": 1, "a": {"d": None, "c": "m²"}})
-    assert (tmp_path / "a.json").read_text(encoding="utf-8") == (
-        '{\n  "a": {\n    "c": "m²",\n    "d": null\n  },\n  "b": 1\n}\n'
+    text = (tmp_path / "a.json").read_text(encoding="utf-8")
+    assert re.sub("[0-9a-f]{64}", "SHA256", text) == (
+        '{\n  "a": {\n    "c": "m²",\n    "d": null\n  },\n  "b": 1,\n'
+        '  "checksum": "hazbot-sha256:SHA256"\n}\n'
     )
     with pytest.raises(ValueError, match="JSON"):
         files.write_json(tmp_path / "a.json", {"x": float("nan")})
@@ -96,7 +186,7 @@ def test_a_new_an_empty_and_an_own_folder_can_be_claimed(tmp_path: Path) -> None
         ("thesis.tex", "precious", "no study's"),
         ("manifest.json", "{ half a manif", "no study's"),
         ("manifest.json", '["not", "ours"]', "no study's"),
-        ("manifest.json", '{"study": "other"}', "another study"),
+        ("manifest.json", '{"study": "without a checksum"}', "its manifest.json is damaged"),
     ],
 )
 def test_a_foreign_folder_is_refused_in_one_line_and_left_alone(
@@ -108,6 +198,12 @@ def test_a_foreign_folder_is_refused_in_one_line_and_left_alone(
         records.claim(tmp_path, "me")
     assert "\n" not in str(raised.value)
     assert contents(tmp_path) == before
+
+
+def test_the_folder_of_another_study_is_refused(tmp_path: Path) -> None:
+    files.write_json(tmp_path / records.MANIFEST, {"study": "other"})
+    with pytest.raises(InvalidInput, match=r"holds another study \(other, this one is me\)"):
+        records.claim(tmp_path, "me")
 
 
 def test_a_file_is_no_folder(tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ from rich.console import Console
 from hazbot_gym import policies
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import training
+from hazbot_gym.study.files import read_json
 from hazbot_gym.study.train_config import PUPILS, TrainConfig, load_training
 from hazbot_gym.study.training import Result, train
 
@@ -112,7 +112,7 @@ def test_an_interrupted_run_ends_with_the_weights_of_one_that_was_not(
     told = io.StringIO()
     resumed = train(tiny(name), tmp_path / "broken", resume=True, console=Console(file=told))
     assert "the run goes on from step 1" in told.getvalue()
-    found = json.loads((tmp_path / "broken" / "result.json").read_text())
+    found = read_json(tmp_path / "broken" / "result.json")
     assert len(calls) == len(found["validations"]) + 1 > 3
     assert are_equal(resumed, unbroken)
     assert resumed.best == unbroken.best
@@ -151,12 +151,12 @@ def test_the_best_model_on_validation_is_the_one_that_is_kept(
     returns = iter([1.0, 3.0, 2.0, 2.5])
     monkeypatch.setattr(training, "validate", lambda *_: {"return": next(returns)})
     result = train(tiny(), tmp_path)
-    found = json.loads((tmp_path / "result.json").read_text())
+    found = read_json(tmp_path / "result.json")
     assert [each["return"] for each in found["validations"]] == [1.0, 3.0, 2.0, 2.5]
     assert result.best["return"] == found["best"]["return"] == 3.0
     about = policies.make(f"learned:{result.policy}")._policy.about  # type: ignore[attr-defined]
     assert about["results"] == {"return": 3.0, "step": found["validations"][1]["step"]}
-    assert about["training"] == json.loads((tmp_path / "manifest.json").read_text())
+    assert about["training"] == read_json(tmp_path / "manifest.json")
 
 
 @pytest.mark.slow

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ from hazbot_gym.policies import base
 from hazbot_gym.policies.knobs import KNOBS
 from hazbot_gym.policies.search_spaces import SPACES, Interval
 from hazbot_gym.study import bank_sets, rollout, tuning
+from hazbot_gym.study.files import read_json
 from hazbot_gym.study.summary import means
 from hazbot_gym.study.tuning import VALIDATION, Search, tune
 
@@ -73,7 +73,7 @@ def test_a_killed_search_goes_on_as_if_it_had_not_been(
     tune(Search("constant", trials=20), whole)
 
     def stop() -> None:
-        if len(json.loads(cut.read_text(encoding="utf-8"))["trials"]) == 7:
+        if len(read_json(cut)["trials"]) == 7:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
