@@ -1,66 +1,76 @@
 """What a batched step tells besides: Gymnasium's ``info``, arrays of N with a mask beside each.
 
-A world has a key where its single environment would have it, and the mask ``_key`` says which do.
-In the autoreset mode SAME_STEP a world whose episode has ended tells what a reset tells, and the
-end of the old episode under ``final_info``.
+The keys are those of a single environment's ``info``, the same after every reset and step, and the
+mask ``_key`` says which worlds are told of. In the autoreset mode SAME_STEP a world whose episode
+has ended tells what a reset tells, and the end of the old episode under ``final_info``.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
+from hazbot_gym.core.state import Floats
 from hazbot_gym.envs.batch import Bools, Outputs
-from hazbot_gym.task.outcome import (
-    CAUSE_NAMES,
-    CONTACT_PERSON,
-    CONTACT_WALL,
-    OUTCOME_NAMES,
-)
+from hazbot_gym.task.outcome import CAUSE_NAMES, NOBODY, OUTCOME_NAMES, RUNNING
 from hazbot_gym.task.reward import TERMS
 
 Info = dict[str, Any]
+Names = npt.NDArray[np.object_]
+
+_OUTCOMES, _CAUSES = np.array(OUTCOME_NAMES, object), np.array(CAUSE_NAMES, object)
 
 
-def decision_info(outputs: Outputs, decision_s: float, *, told: Bools, reset: Bools) -> Info:
-    """Return time, reward terms and cost of the worlds told of, zero where they were reset."""
-    terms, costs = outputs.terms.T.copy(), outputs.costs.copy()
-    time_s = np.round(outputs.steps * decision_s, 9)
-    silent = np.flatnonzero(reset | ~told)
-    terms[:, silent] = costs[silent] = time_s[silent] = 0.0
+class Scenarios(NamedTuple):
+    """The scenario that each world meets, one entry a world."""
+
+    keys: npt.NDArray[np.int64]
+    places: Names
+    times_free_s: Floats
+
+    def replaced(self, other: Scenarios, where: Bools) -> Scenarios:
+        """Return new arrays, with those of others in some worlds."""
+        columns = zip(self, other, strict=True)
+        return Scenarios(*(np.where(where, theirs, mine) for mine, theirs in columns))
+
+
+def world_info(
+    outputs: Outputs, scenarios: Scenarios, decision_s: float, *, told: Bools, fresh: Bools
+) -> Info:
+    """Return the infos of the worlds told of; fresh ones have been reset and did nothing yet."""
+    decisions = outputs.decisions
+    outcomes, causes = decisions["outcome"].copy(), decisions["cause"].copy()
+    outcomes[fresh], causes[fresh] = RUNNING, NOBODY
+    terms = outputs.terms.T.copy()
+    time_s, costs = np.round(outputs.steps * decision_s, 9), outputs.costs.copy()
+    speeds_mps = decisions["speed_mps"].copy()
+    keys, places, times_free_s = (column.copy() for column in scenarios)
+    silent = np.flatnonzero(fresh | ~told)
+    terms[:, silent] = time_s[silent] = costs[silent] = speeds_mps[silent] = 0.0
+    keys[~told] = times_free_s[~told] = 0
     return masked(
         told,
+        scenario_key=keys,
+        place=_where(told, places),
+        time_free_s=times_free_s,
         time_s=time_s,
         reward_terms=masked(told, **dict(zip(TERMS, terms, strict=True))),
         cost=costs,
+        outcome=_where(told, _OUTCOMES[outcomes]),
+        contact_caused_by=_where(told, _CAUSES[causes]),
+        contact_speed_mps=speeds_mps,
     )
 
 
-def end_info(outputs: Outputs, ended: Bools) -> Info:
-    """Return how episodes ended, where they did."""
-    decisions = outputs.decisions
-    outcomes = decisions["outcome"]
-    touched = ended & ((outcomes == CONTACT_PERSON) | (outcomes == CONTACT_WALL))
-    speeds_mps = np.zeros(len(ended))
-    speeds_mps[touched] = decisions["speed_mps"][touched]
-    return {
-        **masked(ended, outcome=_names(OUTCOME_NAMES, outcomes, ended)),
-        **masked(
-            touched,
-            contact_caused_by=_names(CAUSE_NAMES, decisions["cause"], touched),
-            contact_speed_mps=speeds_mps,
-        ),
-    }
-
-
-def final_info(outputs: Outputs, decision_s: float, ended: Bools) -> Info:
+def final_info(outputs: Outputs, scenarios: Scenarios, decision_s: float, ended: Bools) -> Info:
     """Return the last observations and infos of episodes that ended and were reset at once."""
     observations = np.full(len(ended), None, object)
     for i in np.flatnonzero(ended):
         observations[i] = outputs.final_observations[i].copy()  # each an array of its own
-    last = decision_info(outputs, decision_s, told=ended, reset=np.zeros_like(ended))
-    return masked(ended, final_obs=observations, final_info={**last, **end_info(outputs, ended)})
+    last = world_info(outputs, scenarios, decision_s, told=ended, fresh=np.zeros_like(ended))
+    return masked(ended, final_obs=observations, final_info=last)
 
 
 def masked(mask: Bools, **values: Any) -> Info:
@@ -68,12 +78,7 @@ def masked(mask: Bools, **values: Any) -> Info:
     return {**values, **{f"_{name}": mask.copy() for name in values}}
 
 
-def objects(values: Any, where: Bools) -> Any:
-    """Return an array of objects with the values in some worlds, and None in the others."""
-    found = np.full(len(where), None, object)
-    found[where] = values
-    return found
-
-
-def _names(names: tuple[str, ...], codes: Any, where: Bools) -> Any:
-    return objects(np.array(names, object)[codes[where]], where)
+def _where(told: Bools, values: Names) -> Names:
+    """Return values in the worlds that are told of, and None in the others."""
+    values[~told] = None
+    return values

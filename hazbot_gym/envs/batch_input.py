@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode
 from hazbot_gym.config import Config
 from hazbot_gym.core.state import Floats
 from hazbot_gym.envs.batch import Bools
-from hazbot_gym.envs.corridor import SPEED_LEVELS
+from hazbot_gym.envs.corridor import ACTION_ROUNDING, SPEED_LEVELS
 from hazbot_gym.errors import InvalidInput
 
 Seeds = int | Sequence[int | None] | None
@@ -46,10 +46,11 @@ def commands_of(actions: Any, worlds: int, config: Config) -> Floats:
     if values.shape != (worlds, 1) or values.dtype.kind not in "iuf":
         raise _wrong(values, f"numbers of shape ({worlds}, 1)")
     values = values[:, 0].astype(np.float64)
-    if not (values.min() >= -1.0 and values.max() <= 1.0):  # nor with a NaN among them
-        wrong = values[~((values >= -1.0) & (values <= 1.0))][0]
+    is_allowed = np.abs(values) <= 1.0 + ACTION_ROUNDING  # NaN is not
+    if not is_allowed.all():
+        wrong = values[~is_allowed][0]
         raise InvalidInput(f"actions: given {wrong}, allowed is -1 <= action <= 1")
-    return nominal * 0.5 * (values + 1.0)
+    return nominal * 0.5 * (np.clip(values, -1.0, 1.0) + 1.0)
 
 
 def _wrong(values: Any, allowed: str) -> InvalidInput:

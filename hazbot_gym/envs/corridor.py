@@ -26,8 +26,6 @@ from hazbot_gym.sim.world import Snapshot, World
 from hazbot_gym.task.observation import LAYOUTS, markdown_table, observe
 from hazbot_gym.task.outcome import (
     CAUSE_NAMES,
-    CONTACT_PERSON,
-    CONTACT_WALL,
     DECISION,
     OUTCOME_NAMES,
     RUNNING,
@@ -38,6 +36,7 @@ from hazbot_gym.task.reward import TERMS, judge, safety_cost
 from hazbot_gym.task.scenario import Source
 
 SPEED_LEVELS = (0.0, 0.25, 0.5, 0.75, 1.0)  # the paper's stop, 25, 50, 75, 100 %
+ACTION_ROUNDING = 1e-6  # by which an action may exceed its bounds, as float32 arithmetic does
 
 
 class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
@@ -56,6 +55,10 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
 
     ``Box(-1, 1, (1,), float32)``: commanded speed, -1 is stop and +1 the nominal 0.5 m/s. With
     ``action_type="discrete"``: ``Discrete(5)``, the paper's stop, 25, 50, 75 and 100 %.
+
+    Actions within 1e-6 of the bounds are clipped to them; NaN and anything further out is refused.
+    ``gymnasium.wrappers.ClipAction`` clips the actions of a policy that has no bounds of its own,
+    ``RescaleAction`` takes another range; ``gymnasium.wrappers.vector`` has both for batches.
 
     ## Observation Space
 
@@ -84,11 +87,13 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
     ## Episode End
 
     Terminated on arrival and on contact with a person or a wall, truncated after
-    ``max_episode_steps``. ``info["outcome"]`` then is ``arrived``, ``contact_person``,
-    ``contact_wall`` or ``timeout``; with a contact, ``info["contact_caused_by"]`` and
-    ``info["contact_speed_mps"]`` say how it came.
+    ``max_episode_steps``. ``info["outcome"]`` is ``running`` until then, and ``arrived``,
+    ``contact_person``, ``contact_wall`` or ``timeout`` at the end. With a contact,
+    ``info["contact_caused_by"]`` is ``robot`` or ``person`` instead of ``nobody``, and
+    ``info["contact_speed_mps"]`` is the relative speed instead of 0. The keys of ``info`` and
+    their types are the same after every reset and step.
     The horizon is ``config={{"max_episode_steps": n}}``; a shorter one given to ``gymnasium.make``
-    is Gymnasium's own TimeLimit, which truncates from outside, where ``info`` has no outcome.
+    is Gymnasium's own TimeLimit, which truncates from outside, where the outcome stays ``running``.
 
     ## Arguments
 
@@ -149,21 +154,17 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         key = _requested_key(options, key)
         scenario = self.source.draw(key)
         self._world.reset(scenario.place, scenario.people, scenario.recording, key)
-        self._key, self._is_over = key, False
+        self._key, self._place, self._is_over = key, scenario.name, False
+        self._terms, self._decision = np.zeros(len(TERMS)), records(DECISION, 1)
+        self._time_free_s = self._free_time_s()
         people = len(scenario.people)
         self._tracks = blank_tracks(people)
         memory = tracker_of(self.config).latency_steps + 1
         self._history = records(TRACK, memory * people).reshape(memory, people)
         observation = self._observe()
         self._viewer.begin()
-        self._look(np.zeros(len(TERMS)), "")
-        info = {
-            "scenario_key": key,
-            "place": scenario.name,
-            "time_free_s": self._free_time_s(),
-            **self._info(np.zeros(len(TERMS))),
-        }
-        return observation, info
+        self._look("")
+        return observation, self._info()
 
     def step(
         self, action: Any
@@ -173,17 +174,11 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
             raise InvalidInput("step: the episode is over, call reset first")
         outcome = self._decide(self._command(action), stops=self._reflex())
         observation = self._observe()
-        info = self._info(self._terms)
-        if outcome != RUNNING:
-            self._is_over = True
-            info["outcome"] = OUTCOME_NAMES[outcome]
-            if outcome in (CONTACT_PERSON, CONTACT_WALL):
-                info["contact_caused_by"] = CAUSE_NAMES[self._decision["cause"][0]]
-                info["contact_speed_mps"] = float(self._decision["speed_mps"][0])
-        self._look(self._terms, info.get("outcome", ""))
+        self._is_over = outcome != RUNNING
+        self._look(OUTCOME_NAMES[outcome] if self._is_over else "")
         reward = float(self._terms @ self._weights)
         is_terminated = outcome not in (RUNNING, TIMEOUT)
-        return observation, reward, is_terminated, outcome == TIMEOUT, info
+        return observation, reward, is_terminated, outcome == TIMEOUT, self._info()
 
     def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
         """Return a picture (H, W, 3) in the mode "rgb_array"; "human" shows it by itself."""
@@ -211,9 +206,9 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
             given = f"an array of shape {values.shape} and type {values.dtype}"
             raise InvalidInput(f"action: given {given}, allowed are shape (1,) and numbers")
         value = float(values[0])
-        if not -1.0 <= value <= 1.0:  # also catches NaN
+        if not abs(value) <= 1.0 + ACTION_ROUNDING:  # also catches NaN
             raise InvalidInput(f"action: given {value}, allowed is -1 <= action <= 1")
-        return nominal * 0.5 * (value + 1.0)
+        return nominal * 0.5 * (min(max(value, -1.0), 1.0) + 1.0)
 
     def _decide(self, command_mps: float, *, stops: bool) -> int:
         """Drive for one decision period, write its record and terms, and return the outcome."""
@@ -259,16 +254,24 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         observe(world.robots, world.place.path, self._ranges, self._tracks, observation)
         return observation
 
-    def _look(self, terms: npt.NDArray[np.float64], outcome: str) -> None:
+    def _look(self, outcome: str) -> None:
         if self.render_mode is not None:
             patterns = self._tracks["pattern"].tolist()
-            self._viewer.see(self._world, self._ranges, patterns, terms, outcome)
+            self._viewer.see(self._world, self._ranges, patterns, self._terms, outcome)
 
-    def _info(self, terms: npt.NDArray[np.float64]) -> dict[str, Any]:
+    def _info(self) -> dict[str, Any]:
+        """Return what is told after every reset and step, always under the same keys."""
+        decision = self._decision[0]
         return {
+            "scenario_key": self._key,
+            "place": self._place,
+            "time_free_s": self._time_free_s,
             "time_s": self._world.time_s,
-            "reward_terms": dict(zip(TERMS, terms.tolist(), strict=True)),
-            "cost": safety_cost(terms, self._decision["cause"][0]),
+            "reward_terms": dict(zip(TERMS, self._terms.tolist(), strict=True)),
+            "cost": safety_cost(self._terms, decision["cause"]),
+            "outcome": OUTCOME_NAMES[decision["outcome"]],
+            "contact_caused_by": CAUSE_NAMES[decision["cause"]],
+            "contact_speed_mps": float(decision["speed_mps"]),
         }
 
     def _free_time_s(self) -> float:

@@ -7,6 +7,7 @@ engines together.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -22,7 +23,7 @@ from hazbot_gym.core.jit import LANES
 from hazbot_gym.core.place_table import place_at
 from hazbot_gym.core.state import PERSON, Floats, Records, as_record, records
 from hazbot_gym.envs.batch import Bools, Episodes, Observations, Outputs, Problem, run_worlds
-from hazbot_gym.envs.batch_info import decision_info, end_info, final_info, masked, objects
+from hazbot_gym.envs.batch_info import Scenarios, final_info, world_info
 from hazbot_gym.envs.batch_input import (
     Seeds,
     autoreset_mode_of,
@@ -121,6 +122,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._threads: ThreadPoolExecutor | None = None
+        self._threads_pid = 0  # the process that they run in
         self._generators: list[np.random.Generator] = []
         self._allocate()
 
@@ -155,6 +157,8 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             is_over=np.ones(n, np.bool_),
             was_over=np.ones(n, np.bool_),
         )
+        self._scenarios = Scenarios(np.zeros(n, np.int64), np.full(n, None, object), np.zeros(n))
+        self._finished = self._scenarios  # of the episodes that ended last, in SAME_STEP
         width = LAYOUTS[config.tier].width
         self._outputs = Outputs(
             observations=np.zeros((n, width), np.float32),
@@ -177,7 +181,11 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         self._refill(mask & (self._episodes.used >= KEYS_AHEAD))
         self._episodes.is_over[mask] = True
         self._run(mask, np.zeros(self.num_envs))
-        return self._outputs.observations.copy(), self._info(told=mask, reset=mask)
+        self._scenarios = self._met(mask)
+        info = world_info(
+            self._outputs, self._scenarios, self.config.clock.decision_s, told=mask, fresh=mask
+        )
+        return self._outputs.observations.copy(), info
 
     def step(
         self, actions: Any, *, mask: Bools | None = None
@@ -199,13 +207,12 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         outcome = self._outputs.decisions["outcome"]
         ended, truncated = outcome != RUNNING, outcome == TIMEOUT
         is_same_step = self.autoreset_mode == AutoresetMode.SAME_STEP
-        info = self._info(told=everyone, reset=ended if is_same_step else due)
-        if ended.any():
-            decision_s = self.config.clock.decision_s
-            if is_same_step:
-                info.update(final_info(self._outputs, decision_s, ended))
-            else:
-                info.update(end_info(self._outputs, ended))
+        fresh, decision_s = ended if is_same_step else due, self.config.clock.decision_s
+        finished, self._scenarios = self._scenarios, self._met(fresh & mask)
+        info = world_info(self._outputs, self._scenarios, decision_s, told=everyone, fresh=fresh)
+        if is_same_step and ended.any():
+            self._finished = self._finished.replaced(finished, ended & mask)
+            info.update(final_info(self._outputs, self._finished, decision_s, ended))
         outputs = self._outputs
         rewards = outputs.rewards.copy()
         return outputs.observations.copy(), rewards, ended & ~truncated, truncated, info
@@ -225,9 +232,9 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
 
     def close_extras(self, **kwargs: Any) -> None:
         """Stop the threads; closing twice does no harm."""
-        if self._threads is not None:
+        if self._threads is not None and self._threads_pid == os.getpid():
             self._threads.shutdown()
-            self._threads = None
+        self._threads = None
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what is pickled: everything but the threads."""
@@ -250,14 +257,20 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             self._problem,
             self._outputs,
         )
-        jobs = []
-        for block, bench in zip(self._blocks[1:], self._benches[1:], strict=True):
-            if self._threads is None:
-                self._threads = ThreadPoolExecutor(self._thread_count - 1)
-            jobs.append(self._threads.submit(run_worlds, *block, *arguments, *bench))
+        jobs = [
+            self._workers().submit(run_worlds, *block, *arguments, *bench)
+            for block, bench in zip(self._blocks[1:], self._benches[1:], strict=True)
+        ]
         run_worlds(*self._blocks[0], *arguments, *self._benches[0])
         for job in jobs:
             job.result()
+
+    def _workers(self) -> ThreadPoolExecutor:
+        """Return this process's threads; a forked child inherits none that run."""
+        if self._threads is None or self._threads_pid != os.getpid():
+            self._threads = ThreadPoolExecutor(self._thread_count - 1)
+            self._threads_pid = os.getpid()
+        return self._threads
 
     def _free_times_of(self, places: npt.NDArray[np.int64]) -> Floats:
         """Return how long the paths of some places take alone at full speed [s]."""
@@ -299,17 +312,17 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             self._episodes.keys[i] = [generator.integers(2**63) for _ in range(KEYS_AHEAD)]
             self._episodes.used[i] = 0
 
-    def _info(self, *, told: Bools, reset: Bools) -> dict[str, Any]:
-        """Return what the worlds tell after a step or a reset; some have been reset by it."""
-        info = decision_info(self._outputs, self.config.clock.decision_s, told=told, reset=reset)
-        if reset.any():
-            places = self._worlds.places[reset]
-            keys, free_s = np.zeros(self.num_envs, np.int64), np.zeros(self.num_envs)
-            keys[reset] = self._worlds.keys[reset]
-            free_s[reset] = self._free_times_of(places)
-            names = objects(self._place_names[places], reset)
-            info.update(masked(reset, scenario_key=keys, place=names, time_free_s=free_s))
-        return info
+    def _met(self, fresh: Bools) -> Scenarios:
+        """Return the scenarios that the worlds meet now, if some have just been reset."""
+        if not fresh.any():
+            return self._scenarios
+        places = self._worlds.places
+        now = Scenarios(
+            self._worlds.keys.astype(np.int64),
+            self._place_names[places],
+            self._free_times_of(places),
+        )
+        return self._scenarios.replaced(now, fresh)
 
 
 def _blocks(worlds: int, threads: int) -> list[tuple[int, int]]:

@@ -21,7 +21,14 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.study.actions import levels_of
 from hazbot_gym.study.alone import walked_alone
-from hazbot_gym.study.episode import PERSON_COLUMNS, Episode, labels_of, stack_people
+from hazbot_gym.study.episode import (
+    ENDING,
+    PERSON_COLUMNS,
+    Episode,
+    ending,
+    labels_of,
+    stack_people,
+)
 from hazbot_gym.study.metrics import Row
 from hazbot_gym.task.reward import TERMS
 
@@ -186,19 +193,8 @@ class _Log:
             rewards=self._rewards[done, i],
             reward_terms={name: values[done, i] for name, values in self._terms.items()},
             costs=self._costs[done, i],
-            **self._end(i),
+            **ending(*(self._info[name][i] for name in ENDING)),
             time_free_s=free_s,
             horizon_s=self._horizon_s,
             robot_radius_m=ROBOT_RADIUS_M,
         )
-
-    def _end(self, i: int) -> dict[str, Any]:
-        """Return how an episode ended; one cut off before its world ends it has timed out."""
-        info = self._info
-        has_ended = "outcome" in info and info["_outcome"][i]
-        has_touched = has_ended and info["_contact_caused_by"][i]
-        return {
-            "outcome": info["outcome"][i] if has_ended else "timeout",
-            "contact_caused_by": info["contact_caused_by"][i] if has_touched else "",
-            "contact_speed_mps": float(info["contact_speed_mps"][i]) if has_touched else np.nan,
-        }

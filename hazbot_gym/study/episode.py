@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hazbot_gym.core.state import Floats, Ints
 from hazbot_gym.task.fingerprint import fingerprint
+from hazbot_gym.task.outcome import CAUSE_NAMES, NOBODY, OUTCOME_NAMES, RUNNING, TIMEOUT
 from hazbot_gym.task.scenario import Source
 
 # Columns of ``Episode.people``, by the names of the fields of ``core.state.PERSON``.
 PERSON_COLUMNS = ("x", "y", "vx", "vy", "radius")
+# Keys of the last info, which tell how an episode ended.
+ENDING = ("outcome", "contact_caused_by", "contact_speed_mps")
 X, Y, VX, VY, RADIUS = range(5)
 
 
@@ -64,6 +67,16 @@ def labels_of(source: Source, key: int) -> dict[str, str]:
         "scenario_key": str(key),
         "place": scenario.name,
         "scenario_hash": fingerprint(scenario),
+    }
+
+
+def ending(outcome: str, caused_by: str, speed_mps: float) -> dict[str, Any]:
+    """Return an episode's ``ENDING`` from its last info; one cut off from outside has timed out."""
+    has_touched = caused_by != CAUSE_NAMES[NOBODY]
+    return {
+        "outcome": OUTCOME_NAMES[TIMEOUT] if outcome == OUTCOME_NAMES[RUNNING] else outcome,
+        "contact_caused_by": caused_by if has_touched else "",
+        "contact_speed_mps": float(speed_mps) if has_touched else np.nan,
     }
 
 

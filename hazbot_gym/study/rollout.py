@@ -20,7 +20,14 @@ from hazbot_gym.study import batch_rollout
 from hazbot_gym.study.actions import playable
 from hazbot_gym.study.alone import walked_alone
 from hazbot_gym.study.config import Engine, ScenarioSet
-from hazbot_gym.study.episode import PERSON_COLUMNS, Episode, labels_of, stack_people
+from hazbot_gym.study.episode import (
+    ENDING,
+    PERSON_COLUMNS,
+    Episode,
+    ending,
+    labels_of,
+    stack_people,
+)
 from hazbot_gym.study.metrics import Row, SsmThresholds, measure
 from hazbot_gym.utils import processors
 
@@ -233,10 +240,7 @@ def _record(
             for name in last["reward_terms"]
         },
         costs=np.array([info["cost"] for info in infos], dtype=float),
-        # Who wraps the environment may cut an episode short, without the environment knowing.
-        outcome=last.get("outcome", "timeout"),
-        contact_caused_by=last.get("contact_caused_by", ""),
-        contact_speed_mps=float(last.get("contact_speed_mps", np.nan)),
+        **ending(*(last[name] for name in ENDING)),
         time_free_s=float(start["time_free_s"]),
         horizon_s=_max_episode_steps(env) * config.clock.decision_s,
         robot_radius_m=ROBOT_RADIUS_M,

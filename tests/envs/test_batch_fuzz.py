@@ -46,7 +46,7 @@ def play(envs: CorridorVectorEnv, steps: int, seed: int) -> set[str]:
         observations, rewards, terminated, truncated, info = envs.step(actions)
         assert (np.abs(rewards) <= weights).all()  # terms lie in [0, 1]; False for NaN
         assert ((info["cost"] >= 0.0) & (info["cost"] <= 2.0)).all()
-        ends |= set(info["outcome"][terminated | truncated]) if "outcome" in info else set()
+        ends |= set(info["outcome"][terminated | truncated])
     people = envs.state().people
     there = people[people["status"] == PRESENT]
     assert all(np.isfinite(there[name]).all() for name in ("x", "y", "vx", "vy", "blocked"))

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
+from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.vector import CorridorVectorEnv
 from hazbot_gym.errors import InvalidInput
 
@@ -32,6 +33,28 @@ GOOD = np.zeros((3, 1))
 )
 def test_bad_actions_are_refused_and_change_nothing(bad: Any) -> None:
     refused(lambda envs: envs.step(bad), "actions: given")
+
+
+@pytest.mark.parametrize(
+    ("given", "commanded"),
+    [(np.float32(1.0000001), 1.0), (-1.0000005, -1.0), (1.0 + 9e-7, 1.0), (1, 1.0)],
+)
+def test_an_action_beyond_the_bounds_by_rounding_is_clipped(given: Any, commanded: float) -> None:
+    envs, exact, env = CorridorVectorEnv(3), CorridorVectorEnv(3), CorridorEnv()
+    envs.reset(seed=0), exact.reset(seed=0), env.reset(seed=0)
+    observations = envs.step(np.full((3, 1), given))[0]
+    assert np.array_equal(observations, exact.step(np.full((3, 1), commanded))[0])
+    assert env.step(np.array([given]))[0] == pytest.approx(observations[0], abs=1e-6)
+    assert env.snapshot().command_mps == envs.state().robots["command"][0]
+
+
+@pytest.mark.parametrize("bad", [1.0 + 2e-6, -1.0 - 2e-6, np.nan, np.inf, 1e9])
+def test_an_action_further_beyond_the_bounds_is_refused(bad: float) -> None:
+    env = CorridorEnv()
+    env.reset(seed=0)
+    with pytest.raises(InvalidInput, match="^action: given"):
+        env.step(np.array([bad]))
+    refused(lambda envs: envs.step(np.full((3, 1), bad)), "actions: given")
 
 
 @pytest.mark.parametrize(

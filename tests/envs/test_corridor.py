@@ -16,9 +16,17 @@ from hazbot_gym.task.reward import TERMS
 
 IDS = [f"{NAMESPACE}/{name}" for name in ENVIRONMENTS]
 FULL, STOP = np.array([1.0]), np.array([-1.0])
-ALWAYS_IN_INFO = {"time_s", "reward_terms", "cost"}
-AT_RESET = {"scenario_key", "place", "time_free_s"}
-AT_CONTACT = {"contact_caused_by", "contact_speed_mps"}
+TYPES_IN_INFO = {
+    "scenario_key": int,
+    "place": str,
+    "time_free_s": float,
+    "time_s": float,
+    "reward_terms": dict,
+    "cost": float,
+    "outcome": str,
+    "contact_caused_by": str,
+    "contact_speed_mps": float,
+}
 
 everywhere = pytest.mark.parametrize("env_id", IDS)
 
@@ -79,18 +87,26 @@ def test_the_reward_is_the_weighted_sum_of_terms_in_their_ranges(env_id: str) ->
 def test_info_holds_what_the_contract_says(env_id: str) -> None:
     env = make(env_id)
     _, info = env.reset(seed=2)
-    assert set(info) == ALWAYS_IN_INFO | AT_RESET
-    assert isinstance(info["scenario_key"], int)
-    assert isinstance(info["place"], str)
+    assert {name: type(value) for name, value in info.items()} == TYPES_IN_INFO
     assert 20.0 < info["time_free_s"] < 60.0
+    scenario = {name: info[name] for name in ("scenario_key", "place", "time_free_s")}
     for count, step in enumerate(episode(env, FULL), start=1):
+        assert {name: type(value) for name, value in step.info.items()} == TYPES_IN_INFO
+        assert step.info.items() >= scenario.items()
         assert step.info["time_s"] == pytest.approx(0.1 * count)
-        extra = set(step.info) - ALWAYS_IN_INFO
-        if not step.is_last:
-            assert extra == set()
-        else:
-            is_contact = step.info["outcome"].startswith("contact")
-            assert extra == {"outcome"} | (AT_CONTACT if is_contact else set())
+        is_contact = step.info["outcome"].startswith("contact")
+        assert (step.info["outcome"] == "running") == (not step.is_last)
+        assert (step.info["contact_caused_by"] == "nobody") == (not is_contact)
+        assert (step.info["contact_speed_mps"] == 0.0) == (not is_contact)
+
+
+def test_a_reset_after_a_contact_tells_nothing_of_it() -> None:
+    env = with_walker(2.0, 0.0, 0.0)
+    assert list(episode(env, FULL))[-1].info["cost"] > 1.0
+    _, info = env.reset()
+    told = (info["outcome"], info["contact_caused_by"], info["contact_speed_mps"], info["cost"])
+    assert told == ("running", "nobody", 0.0, 0.0)
+    assert set(info["reward_terms"].values()) == {0.0}
 
 
 @everywhere
@@ -179,7 +195,7 @@ def test_a_shorter_limit_of_gymnasium_truncates_from_outside() -> None:
     env.reset(seed=0)
     steps = [Step(env.step(np.float32(STOP))) for _ in range(7)]
     assert [step.truncated for step in steps] == [False] * 6 + [True]
-    assert "outcome" not in steps[-1].info
+    assert steps[-1].info["outcome"] == "running"
 
 
 def test_an_episode_that_is_over_takes_no_more_steps() -> None:

@@ -88,13 +88,14 @@ def in_batch(
 
 
 def batch_row(envs: CorridorVectorEnv, observations: Any, rewards: Floats, info: Any) -> Any:
-    nobody = np.full(envs.num_envs, None)
-    speeds = info.get("contact_speed_mps", np.zeros(envs.num_envs))
     terms = [info["reward_terms"][name] for name in TERMS]
-    numbers = np.transpose([rewards, info["cost"], *terms, speeds])
-    outcomes, causes = info.get("outcome", nobody), info.get("contact_caused_by", nobody)
-    ends = [f"{how} {by}" if how else "" for how, by in zip(outcomes, causes, strict=True)]
+    numbers = np.transpose([rewards, info["cost"], *terms, info["contact_speed_mps"]])
+    ends = list(map(end_of, info["outcome"], info["contact_caused_by"]))
     return observations, numbers, envs._worlds.robots.copy(), envs._worlds.people.copy(), ends
+
+
+def end_of(outcome: str, caused_by: str) -> str:
+    return "" if outcome == "running" else f"{outcome} {caused_by}"
 
 
 def alone(env: CorridorEnv, taken: Any, seed: int, episodes: int = 1) -> Passed:
@@ -121,8 +122,8 @@ def rows_alone(env: CorridorEnv, taken: Any, seed: int, episodes: int) -> Iterat
 
 def row_alone(env: CorridorEnv, observation: Any, reward: Any, info: dict[str, Any]) -> Any:
     terms = info["reward_terms"].values()
-    numbers = [reward, info["cost"], *terms, info.get("contact_speed_mps", 0.0)]
-    end = f"{info['outcome']} {info.get('contact_caused_by')}" if "outcome" in info else ""
+    numbers = [reward, info["cost"], *terms, info["contact_speed_mps"]]
+    end = end_of(info["outcome"], info["contact_caused_by"])
     return observation, numbers, env._world.robots[0].copy(), env._world.people.copy(), end
 
 

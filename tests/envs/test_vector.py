@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import multiprocessing
 import pickle
 from collections.abc import Callable
 from typing import Any
@@ -113,8 +114,8 @@ def test_every_mode_does_what_gymnasiums_own_loop_does(mode: AutoresetMode) -> N
 
 
 def ended_with(result: Any) -> list[str]:
-    info = result[4].get("final_info", result[4])
-    return [outcome for outcome in info.get("outcome", []) if outcome is not None]
+    outcomes = result[4].get("final_info", result[4])["outcome"]
+    return [outcome for outcome in outcomes if outcome not in (None, "running")]
 
 
 def test_a_reset_mask_leaves_the_other_worlds_alone() -> None:
@@ -177,6 +178,29 @@ def test_discrete_actions_command_the_five_speeds() -> None:
     for level in range(5):
         env.reset(seed=3)
         assert observations[level] == pytest.approx(env.step(level)[0], abs=1e-9)
+
+
+@in_every_mode
+def test_every_world_tells_the_same_keys_after_every_reset_and_step(mode: AutoresetMode) -> None:
+    told = play(lively(4, mode), 150)
+    names = set(CorridorEnv(**LIVELY).reset()[1])
+    keys = names | {f"_{name}" for name in names}
+    assert all(
+        set(result[-1]) - {"final_obs", "_final_obs", "final_info", "_final_info"} == keys
+        for result in told
+    )
+
+
+def test_the_end_of_an_episode_tells_the_scenario_that_it_had() -> None:
+    envs = lively(3, AutoresetMode.SAME_STEP)
+    keys, ends = envs.reset(seed=1)[1]["scenario_key"], 0
+    for action in actions(3, 300):
+        *_, info = envs.step(action)
+        for i in np.flatnonzero(info.get("_final_info", np.zeros(3))):
+            assert info["final_info"]["scenario_key"][i] == keys[i] != info["scenario_key"][i]
+            ends += 1
+        keys = info["scenario_key"]
+    assert ends > 3
 
 
 def test_reward_terms_are_those_of_the_reward() -> None:
@@ -307,6 +331,28 @@ def test_a_copy_made_in_mid_episode_goes_on_alike(twin: Callable[[Any], Any]) ->
     other = twin(envs)
     rest = actions(70, 200, seed=1)
     assert same([envs.step(action) for action in rest], [other.step(action) for action in rest])
+
+
+@pytest.mark.filterwarnings("ignore:.*use of fork.*:DeprecationWarning")  # Python 3.12 and newer
+def test_a_forked_child_goes_on_like_its_parent() -> None:
+    envs = CorridorVectorEnv(70, threads=2, **LIVELY)
+    play(envs, 30)
+    action = actions(70, 1, seed=1)[0]
+    context = multiprocessing.get_context("fork")
+    results = context.SimpleQueue()
+
+    def step_and_close() -> None:
+        results.put(envs.step(action)[0])
+        envs.close()
+
+    child = context.Process(target=step_and_close)
+    child.start()
+    child.join(timeout=60.0)
+    has_hung = child.is_alive()
+    child.kill()
+    assert not has_hung
+    assert child.exitcode == 0
+    assert same(results.get(), envs.step(action)[0])
 
 
 def test_closing_twice_does_no_harm() -> None:
