@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import inspect
+import json
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -25,6 +26,7 @@ from hazbot_gym.study import costs, entrants, files, provenance, records
 from hazbot_gym.study.clairvoyant import Effort
 from hazbot_gym.study.config import ScenarioSet, StudyConfig
 from hazbot_gym.study.entrants import Entrant, Job
+from hazbot_gym.study.files import LONGEST
 from hazbot_gym.study.headline import pooled_sets
 from hazbot_gym.study.rollout import Block, run_block, try_out
 from hazbot_gym.study.summary import Summary, summarise
@@ -124,8 +126,8 @@ def plan(study: StudyConfig, out: Path, taking_part: list[Entrant]) -> Iterator[
                     name, scenarios, first, count, seed, study.ssm, study.engine, spec,
                     training_seed,
                 )  # fmt: skip
-                seed_name = f"-{training_seed}" if training_seed else ""
-                yield Shard(block, _file(out, f"{name}{seed_name}", scenarios, first), stamp)
+                path = _file(out, "rows", name, scenarios, training_seed, first)
+                yield Shard(block, path, stamp)
 
 
 def plan_yardstick(study: StudyConfig, out: Path, taking_part: list[Entrant]) -> Iterator[Shard]:
@@ -141,7 +143,7 @@ def plan_yardstick(study: StudyConfig, out: Path, taking_part: list[Entrant]) ->
         for first in range(0, episodes, SCENARIOS_PER_STRETCH):
             count, seed = min(SCENARIOS_PER_STRETCH, episodes - first), _seed(study, scenarios)
             stretch = Stretch(scenarios, first, count, seed, specs, effort, study.ssm)
-            yield Shard(stretch, _file(out, "best drive", scenarios, first), stamp)
+            yield Shard(stretch, _file(out, "yardstick", "best drive", scenarios, first), stamp)
 
 
 def rehearse(study: StudyConfig) -> dict[str, Any]:
@@ -280,9 +282,10 @@ def _seed(study: StudyConfig, scenarios: ScenarioSet) -> int:
     return study.seed if scenarios.seed is None else scenarios.seed
 
 
-def _file(out: Path, who: str, scenarios: ScenarioSet, first: int) -> Path:
+def _file(out: Path, kind: str, who: str, scenarios: ScenarioSet, *numbers: int) -> Path:
     """Return a file whose name shows policy, set and first episode, and is unique beyond that."""
-    text = f"{who}--{scenarios.name}--{first:05d}"
-    shown = "".join(letter if letter.isalnum() or letter in "-." else "_" for letter in text)
+    shown = "--".join([who, scenarios.name, *(f"{number:05d}" for number in numbers)])
+    short = files.file_name(shown).encode()[:LONGEST].decode(errors="ignore")
+    text = json.dumps([kind, who, scenarios.name, *numbers])  # no two lists give one text
     unique = hashlib.sha256(text.encode()).hexdigest()[:8]
-    return out / records.SHARDS / f"{shown}--{unique}.parquet"
+    return out / records.SHARDS / f"{short}--{unique}.parquet"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -20,6 +21,7 @@ from hazbot_gym.envs.registration import NAMESPACE
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.knobs import sweep
 from hazbot_gym.study import bank_sets
+from hazbot_gym.study.files import LONGEST, file_name
 from hazbot_gym.study.metrics import SsmThresholds
 from hazbot_gym.utils.yaml_loader import parse_yaml, read_yaml
 
@@ -90,6 +92,17 @@ class Learner(Section):
     seeds: Annotated[int, Ge(1)] = 10  # the file's seed and those after it
     steps: Annotated[int, Ge(1)] | None = None  # decisions in all; None: the file's
     changes: dict[str, Any] = Field(default_factory=dict)  # laid over the file, by section
+
+    @field_validator("name")
+    @classmethod
+    def _is_name_of_a_folder(cls, name: str) -> str:
+        folder = file_name(name)
+        if folder[:1] == "." or folder[-1:] == "." or len(folder.encode()) > LONGEST:
+            raise ValueError(
+                f"given {name!r}, allowed is a name that neither begins nor ends with a dot, of at "
+                f"most {LONGEST} bytes"
+            )
+        return name
 
 
 class Yardstick(Section):
@@ -168,6 +181,21 @@ class StudyConfig(Section):
         if twice is not None:
             raise ValueError(f"given {twice!r} twice, allowed is every name once")
         return items
+
+    @field_validator("learners")
+    @classmethod
+    def _no_two_share_a_folder(cls, learners: tuple[Learner, ...]) -> tuple[Learner, ...]:
+        found: dict[str, str] = {}
+        for learner in learners:
+            # Some file systems tell neither cases nor ways to write an accent apart.
+            folder = unicodedata.normalize("NFC", file_name(learner.name)).casefold()
+            if folder in found:
+                raise ValueError(
+                    f"given the names {found[folder]!r} and {learner.name!r}, which share a folder;"
+                    " allowed are names that differ in letters or digits"
+                )
+            found[folder] = learner.name
+        return learners
 
     @property
     def all_sets(self) -> tuple[ScenarioSet, ...]:
@@ -280,8 +308,14 @@ def _check_parts(study: StudyConfig) -> None:
             if not study.sets_named([name]):
                 allowed = ", ".join(each.name for each in study.all_sets)
                 raise InvalidInput(f"{part}.sets: given {name!r}, allowed are {allowed}")
+    sets = [each.name for each in study.all_sets]
+    twice = next((name for name in sets if sets.count(name) > 1), None)
+    if twice is not None:  # one of ``sets``, and one among real people
+        raise InvalidInput(f"sets: given {twice!r} beside tracks, which add a set of that name")
     if study.fronts is None:
         return
+    for group in study.fronts.groups.keys() & set(study.fronts.families):
+        raise InvalidInput(f"fronts.groups: given {group!r}, which is one of fronts.families")
     swept = [each for some in study.fronts.swept.values() for each in some]  # says what is unknown
     for group, members in study.fronts.groups.items():
         unknown = next((each for each in members if each not in (*study.names, *swept)), None)

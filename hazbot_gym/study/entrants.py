@@ -18,7 +18,7 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.search_spaces import SPACES
 from hazbot_gym.study import run_folder
 from hazbot_gym.study.config import Learner, StudyConfig
-from hazbot_gym.study.files import read_json
+from hazbot_gym.study.files import file_name, read_json
 from hazbot_gym.study.train_config import TrainConfig, load_training
 from hazbot_gym.utils.yaml_loader import read_yaml
 
@@ -128,8 +128,7 @@ def training_of(learner: Learner, k: int) -> TrainConfig:
 
 def folder_of(learner: Learner, k: int, out: Path) -> Path:
     """Return where the run of a learner's k-th seed is."""
-    slug = "".join(letter if letter.isalnum() or letter in "-." else "_" for letter in learner.name)
-    return out / TRAINED / slug / str(k)
+    return out / TRAINED / file_name(learner.name) / str(k)
 
 
 class Training(NamedTuple):

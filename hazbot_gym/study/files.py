@@ -16,6 +16,7 @@ from typing import Any
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.utils.checksum import BLANK, is_whole, seal
 
+LONGEST = 200  # bytes of a name; file systems allow 255, and something is added to it
 CHECKSUM = "checksum"  # key of a JSON record, which readers do not see
 
 
@@ -92,6 +93,11 @@ def read_sealed(path: Path) -> bytes:
     if not is_whole(data):
         raise Damaged(path)
     return data
+
+
+def file_name(text: str) -> str:
+    """Return text as a name of a file: all but letters, digits, ``-`` and ``.`` becomes ``_``."""
+    return "".join(letter if letter.isalnum() or letter in "-." else "_" for letter in text)
 
 
 def owner(folder: Path, manifest: str, kind: str) -> str | None:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import io
+import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from pathlib import Path
@@ -12,8 +13,8 @@ from rich.console import Console
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import entrants, files, provenance, records, workers
-from hazbot_gym.study.comparison import Shard, plan, run_study
-from hazbot_gym.study.config import StudyConfig, load_study
+from hazbot_gym.study.comparison import Shard, plan, plan_yardstick, run_study
+from hazbot_gym.study.config import StudyConfig, Yardstick, load_study
 
 STUDY = load_study(
     policies=["constant:1.0", "constant:0.5"],
@@ -85,6 +86,23 @@ def test_a_study_leaves_one_row_an_episode_in_a_fixed_order(parallel: Path) -> N
         for policy in STUDY.policies
         for episode in range(3)
     ]
+
+
+def test_no_two_policies_sets_or_seeds_share_a_shard(tmp_path: Path) -> None:
+    sets = [{"name": name, "env": "hazbot_gym/Circle-v0"} for name in ("set", "b--set", "SET")]
+    study = load_study(sets=sets, episodes=2, episodes_per_shard=1)
+    names = {"a": 2, "a-1": 1, "a--b": 1, "A": 1, "best drive": 1, "long" * 99: 1, "я" * 199: 1}
+    taking_part = [
+        entrants.Entrant(name, ("constant:0.5",) * seeds) for name, seeds in names.items()
+    ]
+    yardstick = Yardstick(sets=("set", "b--set", "SET"))
+    shards = [
+        *plan(study, tmp_path, taking_part),
+        *plan_yardstick(study.model_copy(update={"yardstick": yardstick}), tmp_path, taking_part),
+    ]
+    paths = [shard.path.name.casefold() for shard in shards]
+    assert len(paths) == len(set(paths)) == 8 * 3 * 2 + 3
+    assert all(len(os.fsencode(path)) < 255 for path in paths)
 
 
 def test_a_manifest_says_where_the_numbers_come_from(parallel: Path) -> None:

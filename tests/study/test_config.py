@@ -7,6 +7,9 @@ import pytest
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study.config import DEFAULT_SETS, ScenarioSet, load_study, parse_overrides
 
+PLAYED = {"name": "real people, replay", "env": "hazbot_gym/Circle-v0"}
+FRONTS = {"sets": ["E*"], "families": ["ttc"], "groups": {"ttc": ["ppo"]}}
+
 
 def test_a_file_holds_deltas_and_changes_go_before_it(tmp_path: Path) -> None:
     file = tmp_path / "study.yaml"
@@ -57,6 +60,8 @@ def test_equal_values_are_the_same_study_and_every_change_makes_another(tmp_path
         ({"tracks": "/no/such/folder"}, "tracks: given '/no/such/folder'", "not exist"),
         ({"engine": "steam"}, "engine: given 'steam'", "'batched' or 'pymunk'"),
         ({"confidence": 1.0}, "confidence: given 1.0", "less than 1"),
+        ({"tracks": ".", "sets": [PLAYED]}, "sets: given 'real people, replay'", "tracks"),
+        ({"fronts": FRONTS}, "fronts.groups: given 'ttc'", "fronts.families"),
     ],
 )
 def test_bad_values_are_one_line_with_field_and_what_is_allowed(
@@ -68,6 +73,25 @@ def test_bad_values_are_one_line_with_field_and_what_is_allowed(
     assert field in message
     assert allowed in message
     assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    "names",
+    [("a b", "a_b"), ("PPO", "ppo"), ("a:b", "a/b"), ("\u00c5", "\u212b"), ("x", "x"), ("ß", "SS")],
+)
+def test_learners_that_would_share_a_folder_are_refused(names: tuple[str, str]) -> None:
+    learners = [{"name": name, "config": "run.yaml"} for name in names]
+    with pytest.raises(InvalidInput, match="share a folder") as raised:
+        load_study(learners=learners)
+    assert all(repr(name) in str(raised.value) for name in names)
+    assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("name", ["..", ".", "", "a.", ".hidden", "../up", "x" * 201, "я" * 101])
+def test_the_name_of_a_learner_must_be_that_of_a_folder(name: str) -> None:
+    with pytest.raises(InvalidInput, match=r"learners\.0\.name: given") as raised:
+        load_study(learners=[{"name": name, "config": "run.yaml"}])
+    assert "\n" not in str(raised.value)
 
 
 @pytest.mark.parametrize("text", ["episodes: [", "- a\n- b\n", "5"])
