@@ -6,35 +6,76 @@ commands, so that ``hazbot --help`` is quick.
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import json
+import os
+import re
 import shlex
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 
+from hazbot_gym import __version__
 from hazbot_gym.errors import HazbotError, InvalidInput
+from hazbot_gym.utils import terminal
+
+# What the system answers where a folder or a disk that the user named cannot be used.
+_UNUSABLE = frozenset(
+    (
+        errno.EACCES,
+        errno.EPERM,
+        errno.EROFS,
+        errno.ENOSPC,
+        errno.EDQUOT,
+        errno.EFBIG,
+        errno.EISDIR,
+        errno.ENOTDIR,
+        errno.ENAMETOOLONG,
+        errno.ELOOP,
+    )
+)
 
 
 class _OneLineErrors(typer.core.TyperGroup):
     """Commands whose foreseen errors are one line on stderr, with exit code 2."""
 
+    def make_context(self, info_name: Any, args: list[str], *more: Any, **extra: Any) -> Any:
+        """Parse what stands before the command; without arguments the help is shown."""
+        with _one_line_errors() if args else contextlib.nullcontext():
+            for given in args:
+                if not given or re.fullmatch("--[a-z-]+=", given):
+                    raise InvalidInput(f"{given or 'an argument'} is empty, allowed is some text")
+            return super().make_context(info_name, args, *more, **extra)
+
     def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
-        try:
+        with _one_line_errors():
             return super().invoke(ctx)
-        except HazbotError as error:
-            message = str(error)
-        except typer.TyperException as error:  # an unknown option, a number that is none
-            message = error.format_message()
-        typer.echo("hazbot: " + " ".join(message.split()), err=True)
-        raise typer.Exit(2)
+
+
+@contextlib.contextmanager
+def _one_line_errors() -> Iterator[None]:
+    try:
+        yield
+        return
+    except HazbotError as error:
+        message = str(error)
+    except typer.TyperException as error:  # an unknown option, a number that is none
+        message = error.format_message()
+    except OSError as error:
+        if error.errno not in _UNUSABLE:
+            raise
+        message = f"{error.filename!r}: {error.strerror}" if error.filename else str(error.strerror)
+    line = "".join(letter if letter.isprintable() else "?" for letter in " ".join(message.split()))
+    typer.echo(f"hazbot: {line}", err=True)
+    raise typer.Exit(2)
 
 
 app = typer.Typer(
     cls=_OneLineErrors,
-    help="A gas-inspection robot among people: run, compare and measure speed policies.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -43,8 +84,28 @@ app = typer.Typer(
 
 def main() -> None:
     """Run the command line."""
+    for stream in (sys.stdout, sys.stderr):
+        terminal.tolerate(stream)
     sys.path.insert(0, "")  # so that --policy module:attribute finds modules of the working folder
     app(prog_name="hazbot")
+
+
+def _show_version(is_wanted: bool) -> None:
+    if is_wanted:
+        typer.echo(f"hazbot {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    _version: Annotated[
+        bool,
+        typer.Option(
+            "--version", help="Show the version and exit.", callback=_show_version, is_eager=True
+        ),
+    ] = False,
+) -> None:
+    """A gas-inspection robot among people: run, compare and measure speed policies."""
 
 
 @app.command()
@@ -65,9 +126,12 @@ def study(
         str | None, typer.Option(help="batched, or pymunk for the reference. [batched]")
     ] = None,
     no_report: Annotated[bool, typer.Option("--no-report", help="Make no page.")] = False,
+    is_verbose: Annotated[
+        bool, typer.Option("--verbose", help="Print the table of every set.")
+    ] = False,
 ) -> None:
     """Run policies over the same scenarios and compare them: the main job. Resumable."""
-    from hazbot_gym.study import comparison, tables
+    from hazbot_gym.study import answer, comparison, tables
     from hazbot_gym.study.config import load_study
 
     if not no_report:
@@ -82,14 +146,16 @@ def study(
         plan,
         folder,
         workers=workers,
-        console=Console(stderr=True),
+        console=terminal.progress_console(),
         command=shlex.join(["hazbot", *sys.argv[1:]]),
     )
-    console = _console()
-    console.print(tables.study_tables(summary))
+    page = None if no_report else report.write_report(folder)  # before anything is printed
+    console = terminal.output_console()
+    console.print(tables.study_tables(summary, is_verbose=is_verbose))
+    console.print(answer.answer(summary, plan))
     console.print(f"Episodes, summary and manifest: {folder}", soft_wrap=True)
-    if not no_report:
-        console.print(f"Report: {report.write_report(folder)}", soft_wrap=True)
+    if page is not None:
+        console.print(f"Report: {page}", soft_wrap=True)
 
 
 @app.command(name="report")
@@ -99,7 +165,7 @@ def make_report(
     """Make the page of a finished study anew, from what it recorded."""
     from hazbot_gym.study import report
 
-    _console().print(f"Report: {report.write_report(folder)}", soft_wrap=True)
+    terminal.output_console().print(f"Report: {report.write_report(folder)}", soft_wrap=True)
 
 
 @app.command()
@@ -125,8 +191,8 @@ def train(
 
     from hazbot_gym.study import training
 
-    result = training.train(plan, folder, resume=resume, console=Console(stderr=True))
-    console = _console()
+    result = training.train(plan, folder, resume=resume, console=terminal.progress_console())
+    console = terminal.output_console()
     for name, value in result.best.items():
         console.print(f"{name:24} {'-' if value is None else f'{value:10.4g}'}")
     console.print(f"The best policy on validation: {result.policy}", soft_wrap=True)
@@ -163,7 +229,7 @@ def evaluate(
         typer.echo(json.dumps({**head, "metrics": summary.means(rows)}, allow_nan=False))
     else:
         result = summary.summarise_one(rows, seed=seed)
-        _console().print(tables.set_table(scenario or env, {policy: result}))
+        terminal.output_console().print(tables.set_table(scenario or env, {policy: result}))
 
 
 @app.command()
@@ -197,9 +263,9 @@ def watch(
         rows = watching.watch_live(show)
     else:
         rows = watching.save(show, file, at_s=at, is_replacing=force)
-    _console().print(watching.table(rows))
+    terminal.output_console().print(watching.table(rows))
     if file is not None:
-        _console().print(f"Saved: {file}", soft_wrap=True)
+        terminal.output_console().print(f"Saved: {file}", soft_wrap=True)
 
 
 @app.command(name="list")
@@ -207,7 +273,7 @@ def list_all() -> None:
     """Show environments, named scenarios, the scenario bank and policies."""
     from hazbot_gym.study import catalogue
 
-    console = _console()
+    console = terminal.output_console()
     for table in catalogue.tables():
         console.print(table)
 
@@ -219,7 +285,7 @@ def tracks(
     """Check real track files and show their statistics."""
     from hazbot_gym.study import tracks_report
 
-    tracks_report.describe(path, _console())
+    tracks_report.describe(path, terminal.output_console())
 
 
 @app.command()
@@ -237,20 +303,19 @@ def calibrate(
     """Fit the social-force people to recorded ones, and compare them."""
     from hazbot_gym.core.social_force import SocialForce
     from hazbot_gym.study import calibration, calibration_report
-    from hazbot_gym.study.comparison import progress_bar
 
-    _check_parent(json_file)
+    _check_file(json_file)
     runs = calibration.load_runs(tracks)
     fitted, held_out = calibration.split(runs, tuple(fit or calibration.FITTED_ON))
     force = SocialForce()
     if not as_shipped:
         total = calibration.GENERATIONS
-        with progress_bar(Console(stderr=True)) as progress:
+        with terminal.progress_bar(terminal.progress_console()) as progress:
             task = progress.add_task("generations", total=total)
             force = calibration.fit(fitted, seed=seed, on_progress=lambda: progress.advance(task))
     record = calibration.report(fitted, held_out, force)
-    _console().print(calibration_report.tables(record))
     _write_json(json_file, record)
+    terminal.output_console().print(calibration_report.tables(record))
 
 
 @app.command()
@@ -264,18 +329,17 @@ def headroom(
     """Compare rules with the exact optimum, where people do not react: minutes."""
     from hazbot_gym.study import headroom as room
     from hazbot_gym.study import headroom_report
-    from hazbot_gym.study.comparison import progress_bar
 
-    _check_parent(json_file)
+    _check_file(json_file)
     known = room.environments()
     unknown = [name for name in env or () if name not in known]
     if unknown:
         raise InvalidInput(f"env: given {unknown[0]!r}, allowed are {', '.join(known)}")
-    with progress_bar(Console(stderr=True)) as progress:
+    with terminal.progress_bar(terminal.progress_console()) as progress:
         task = progress.add_task("scenarios", total=episodes * len(env or known))
         record = room.headroom(env or known, episodes, on_progress=lambda: progress.advance(task))
-    _console().print(headroom_report.table(record))
     _write_json(json_file, record)
+    terminal.output_console().print(headroom_report.table(record))
 
 
 @app.command()
@@ -289,10 +353,9 @@ def paper(
 ) -> None:
     """Run every experiment of the published paper again, and say what is reproduced."""
     from hazbot_gym.paper import run, tables
-    from hazbot_gym.study.comparison import progress_bar
 
     folder = out or Path("results", "paper")
-    with progress_bar(Console(stderr=True)) as progress:
+    with terminal.progress_bar(terminal.progress_console()) as progress:
         task = progress.add_task("sections", total=len(run.CHAPTERS))
         record = run.reproduce(
             folder,
@@ -301,7 +364,7 @@ def paper(
             is_replacing=force,
             on_progress=lambda: progress.advance(task),
         )
-    console = _console()
+    console = terminal.output_console()
     console.print(tables.verdict_table(record))
     console.print(tables.summary_line(record))
     console.print(f"Page: {folder / run.PAGE}", soft_wrap=True)
@@ -318,11 +381,10 @@ def tune(
 ) -> None:
     """Tune a family of rules on validation scenarios. Resumable."""
     from hazbot_gym.study import tuning
-    from hazbot_gym.study.comparison import progress_bar
     from hazbot_gym.utils import processors
 
     path = out or Path("results", "tune", f"{policy}.json")
-    with progress_bar(Console(stderr=True)) as progress:
+    with terminal.progress_bar(terminal.progress_console()) as progress:
         task = progress.add_task("trials", total=trials)
         record = tuning.tune(
             tuning.Search(policy, trials, seed),
@@ -330,10 +392,10 @@ def tune(
             threads=processors.usable(),
             on_progress=lambda: progress.advance(task),
         )
-    best = record["best"]
-    _console().print(f"{best['policy']}: validation return {best['return']:.2f}", soft_wrap=True)
+    best, console = record["best"], terminal.output_console()
+    console.print(f"{best['policy']}: validation return {best['return']:.2f}", soft_wrap=True)
     for name in record["at_a_bound"]:
-        _console().print(f"{name} is at an end of what may be tuned", soft_wrap=True)
+        console.print(f"{name} is at an end of what may be tuned", soft_wrap=True)
 
 
 @app.command()
@@ -345,7 +407,7 @@ def bench(
     ] = None,
 ) -> None:
     """Measure steps per second, beside Gymnasium's CartPole-v1 in the same run; or training."""
-    _check_parent(json_file)
+    _check_file(json_file)
     if training:
         _bench_training(training, json_file, seeds=1 if quick else None)
         return
@@ -353,22 +415,28 @@ def bench(
     from hazbot_gym.study import bench_report
 
     result = benchmark.bench(benchmark.QUICK if quick else benchmark.FULL)
-    _console().print(bench_report.table(result))
     _write_json(json_file, result)
+    terminal.output_console().print(bench_report.table(result))
 
 
 def _bench_training(paths: list[Path], json_file: Path | None, *, seeds: int | None) -> None:
     from hazbot_gym.study import bench_training, training_report
 
     record = bench_training.bench_training(paths, seeds=seeds or bench_training.SEEDS)
-    _console().print(training_report.table(record))
     _write_json(json_file, record)
+    terminal.output_console().print(training_report.table(record))
 
 
-def _check_parent(file: Path | None) -> None:
+def _check_file(file: Path | None) -> None:
     """Complain before any work if a file could not be written in the end."""
-    if file is not None and not file.absolute().parent.is_dir():
+    if file is None:
+        return
+    if not file.absolute().parent.is_dir():
         raise InvalidInput(f"json: given {str(file)!r}, whose folder does not exist")
+    if file.is_dir():
+        raise InvalidInput(f"json: given {str(file)!r}, which is a folder; give a file")
+    if not os.access(file if file.exists() else file.absolute().parent, os.W_OK):
+        raise InvalidInput(f"json: given {str(file)!r}, which cannot be written")
 
 
 def _write_json(file: Path | None, content: dict[str, Any]) -> None:
@@ -376,9 +444,3 @@ def _write_json(file: Path | None, content: dict[str, Any]) -> None:
 
     if file is not None:
         write_json(file, content, is_sorted=False)
-
-
-def _console() -> Console:
-    """Return the console of results; as wide as the tables where nobody's terminal is narrower."""
-    console = Console()
-    return console if console.is_terminal else Console(width=120)

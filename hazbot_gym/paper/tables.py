@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rich.table import Table
+from rich.text import Text
 
 from hazbot_gym.paper.numbers import NEAR, NOT, REPRODUCED
+from hazbot_gym.utils.terminal import FittedTable
 
 COLORS = {REPRODUCED: "green", NEAR: "yellow"}
 
@@ -19,9 +20,9 @@ def shown(value: float | None, unit: str = "") -> str:
     return f"{round(value, 4):g} {unit}".rstrip()
 
 
-def verdict_table(record: Mapping[str, Any]) -> Table:
+def verdict_table(record: Mapping[str, Any]) -> FittedTable:
     """Return one row for each number that the paper reports."""
-    table = Table(box=None, pad_edge=False)
+    table = FittedTable(box=None, pad_edge=False, spare=("tolerance", "where"))
     table.add_column("where", style="dim", no_wrap=True)
     table.add_column("what")
     for title in ("paper", "here", "tolerance"):
@@ -36,7 +37,7 @@ def verdict_table(record: Mapping[str, Any]) -> Table:
             shown(entry["paper"], entry["unit"]),
             shown(entry["here"]),
             f"± {shown(entry['tolerance'])}" if entry["tolerance"] else "equal",
-            f"[{COLORS.get(word, 'red')}]{entry['verdict']}",
+            Text(entry["verdict"], style=COLORS.get(word, "red")),
         )
         last = entry["source"]
     return table

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from rich.table import Table
-
 from hazbot_gym.config import SCENARIOS, Config, make_config
 from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
 from hazbot_gym.policies import base
 from hazbot_gym.study import bank_sets
+from hazbot_gym.utils.terminal import FittedTable
 
 
-def tables() -> Iterator[Table]:
+def tables() -> Iterator[FittedTable]:
     """Yield one table each of environments, scenarios, the scenario bank and policies."""
     environments = {f"{NAMESPACE}/{name}": text for name, (text, _) in ENVIRONMENTS.items()}
     yield _table("Environments", environments)
@@ -37,8 +36,10 @@ def _described(config: Config) -> str:
     return f"{config.place}, {drive}, {', '.join(walkers) or 'nobody there'}"
 
 
-def _table(title: str, rows: Mapping[str, str]) -> Table:
-    table = Table(title=title, title_justify="left", box=None, show_header=False, pad_edge=False)
+def _table(title: str, rows: Mapping[str, str]) -> FittedTable:
+    table = FittedTable(
+        title=title, title_justify="left", box=None, show_header=False, pad_edge=False, spare=()
+    )
     table.add_column(no_wrap=True)
     table.add_column()
     for name, description in rows.items():

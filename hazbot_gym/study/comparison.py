@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.policies.learned import Learned
@@ -32,7 +31,7 @@ from hazbot_gym.study.rollout import Block, run_block, try_out
 from hazbot_gym.study.summary import Summary, summarise
 from hazbot_gym.study.workers import processes
 from hazbot_gym.study.yardstick import Stretch, run_stretch
-from hazbot_gym.utils import processors
+from hazbot_gym.utils import processors, terminal
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -206,7 +205,7 @@ def _prepare(waiting: list[Job], *, workers: int, console: Console) -> None:
     """Tune and train who is to be tuned or trained."""
     if not waiting:
         return
-    with progress_bar(console) as progress, processes(min(workers, len(waiting))) as pool:
+    with terminal.progress_bar(console) as progress, processes(min(workers, len(waiting))) as pool:
         task = progress.add_task("tuning and training", total=len(waiting))
         for future in as_completed([pool.submit(job.run, *job.arguments) for job in waiting]):
             future.result()
@@ -219,7 +218,7 @@ def _run(shards: list[Shard], *, workers: int, console: Console) -> None:
         return
     # Processes start slowly; a single block has the engine's threads instead.
     run = _run_in_processes if len(shards) > 1 and workers > 1 else _run_here
-    with progress_bar(console) as progress:
+    with terminal.progress_bar(console) as progress:
         task = progress.add_task("episodes", total=sum(shard.block.episodes for shard in shards))
         for shard, rows in run(shards, workers):
             records.write_rows(shard.path, rows, shard.stamp)
@@ -238,14 +237,6 @@ def _run_in_processes(shards: list[Shard], workers: int) -> Iterator[tuple[Shard
         running = {pool.submit(rows_of, shard.block): shard for shard in shards}
         for future in as_completed(running):
             yield running[future], future.result()
-
-
-def progress_bar(console: Console) -> Progress:
-    """Return a progress bar, silent where nobody watches."""
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    return Progress(
-        *columns, TimeRemainingColumn(), console=console, disable=not console.is_terminal
-    )
 
 
 def _read(shard: Shard) -> pd.DataFrame:

@@ -5,19 +5,19 @@ from __future__ import annotations
 from string import Template
 from typing import Any
 
-from rich.table import Table
-
 from hazbot_gym.study.plain_tables import Rows, console_table, markdown_table, shown
+from hazbot_gym.utils.terminal import FittedTable
 
 Record = dict[str, Any]
 
 TITLES = ("environment", "best constant", "optimum", "family", "return", "arrived", "in the span")
+SPARE = ("best constant", "optimum", "arrived", "return")  # of a narrow terminal
 ROOM = ("environment", "room", "left by")
 
 
-def table(record: Record) -> Table:
+def table(record: Record) -> FittedTable:
     """Return a record as a table for the terminal."""
-    return console_table(TITLES, family_rows(record))
+    return console_table(TITLES, family_rows(record), spare=SPARE)
 
 
 def page(template: str, record: Record, *, name: str) -> str:

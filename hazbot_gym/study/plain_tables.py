@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from rich.table import Table
+from collections.abc import Sequence
+
+from hazbot_gym.utils.terminal import FittedTable
 
 Rows = list[tuple[str, ...]]
 
@@ -15,9 +17,11 @@ def shown(value: float | None) -> str:
     return f"{rounded:,.0f}" if abs(rounded) >= 100 else f"{rounded:g}"
 
 
-def console_table(titles: tuple[str, ...], rows: Rows) -> Table:
-    """Return rows as a table for the terminal."""
-    table = Table(box=None, pad_edge=False)
+def console_table(
+    titles: tuple[str, ...], rows: Rows, *, spare: Sequence[str] | None = None
+) -> FittedTable:
+    """Return rows as a table for the terminal; ``spare`` as in ``FittedTable``."""
+    table = FittedTable(box=None, pad_edge=False, spare=spare)
     for place, title in enumerate(titles):
         table.add_column(title, justify="right" if place else "left")
     for row in rows:

@@ -1,16 +1,17 @@
-"""Results on the terminal: one block per scenario set, a mean and its interval in every cell."""
+"""Results on the terminal: a table per scenario set, a mean and its interval in every cell."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Group
-from rich.table import Table
 from rich.text import Text
 
+from hazbot_gym.study.headline import headline
 from hazbot_gym.study.summary import Summary
+from hazbot_gym.utils.terminal import FittedTable
 
 
 class Column(NamedTuple):
@@ -36,23 +37,42 @@ COLUMNS = (
 )
 
 
-def study_tables(summary: Summary) -> Group:
-    """Return the table of every scenario set, the one of all sets together last."""
-    share = summary["confidence"]
-    note = Text(f"Below each mean its {share:.0%} interval over scenarios.", style="dim")
-    return Group(*(set_table(name, block) for name, block in summary["sets"].items()), note)
+# Columns that a narrow terminal does without, the first one first.
+SPARE = (
+    "rms_jerk_mps3",
+    "timeout",
+    "contact_person_caused",
+    "arrived",
+    "ssm_violation",
+    "kinetic_intrusion_m2",
+    "contact_robot_caused",
+    "time_ratio",
+)
 
 
-def set_table(name: str, policies: dict[str, Any]) -> Table:
+def study_tables(summary: Summary, *, is_verbose: bool = False) -> Group:
+    """Return the headline's table, or the table of every set and of all that is pooled."""
+    first = headline(summary)
+    note = f"Below each mean its {summary['confidence']:.0%} interval over scenarios."
+    shown = summary["sets"] if is_verbose else {first.name: first.policies}
+    if len(first.sets) > 1:
+        note += f" Pooled in {first.name!r}: {', '.join(first.sets)}."
+    return Group(
+        *(set_table(name, block) for name, block in shown.items()), Text(note, style="dim")
+    )
+
+
+def set_table(name: str, policies: Mapping[str, Any]) -> FittedTable:
     """Return the table of one scenario set, a row for each policy."""
     episodes = next(iter(policies.values()))["episodes"]
-    table = Table(
+    table = FittedTable(
         title=f"{name}: {episodes} episode{'s' if episodes > 1 else ''} a policy",
         title_justify="left",
         title_style="bold",
         box=SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
         expand=True,
+        spare=[column.title for name in SPARE for column in COLUMNS if column.metric == name],
     )
     table.add_column("policy", overflow="fold", min_width=16)
     for column in COLUMNS:

@@ -5,13 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.markup import escape
-from rich.table import Table
-
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.pattern_events import EVENT_PATTERNS
 from hazbot_gym.task.track_files import find_recordings, read_tracks
 from hazbot_gym.task.track_statistics import Statistics, statistics
+from hazbot_gym.utils.terminal import FittedTable
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -36,11 +34,11 @@ def describe(path: Path, console: Console) -> None:
         console.print(_people_table(found))
         console.print(_pattern_table(found))
     for orphan in _descriptions_without_tables(path, files):
-        console.print(f"note: {escape(orphan.name)} describes no table beside it", style="yellow")
+        console.print(f"note: {orphan.name} describes no table beside it", style="yellow")
     for name, numbers in found.items():
         if numbers.impossible_steps:
             console.print(
-                f"warning: {escape(name)}: {numbers.impossible_steps} steps faster than 5 m/s",
+                f"warning: {name}: {numbers.impossible_steps} steps faster than 5 m/s",
                 style="yellow",
             )
     if faults:
@@ -52,8 +50,8 @@ def _descriptions_without_tables(path: Path, files: list[Path]) -> list[Path]:
     return [file for file in sorted(path.rglob("*.json")) if file.with_suffix("") not in stems]
 
 
-def _people_table(found: dict[str, Statistics]) -> Table:
-    table = Table(title="People")
+def _people_table(found: dict[str, Statistics]) -> FittedTable:
+    table = FittedTable(title="People")
     table.add_column("recording", overflow="fold")
     for column in (
         "people",
@@ -68,7 +66,7 @@ def _people_table(found: dict[str, Statistics]) -> Table:
     for name, numbers in found.items():
         p5, _, p50, _, p95 = numbers.speed_percentiles_mps
         table.add_row(
-            escape(name),
+            name,
             str(numbers.people),
             f"{numbers.duration_s:.0f}",
             f"{numbers.people_in_view_median:.0f}/{numbers.people_in_view_max}",
@@ -80,8 +78,8 @@ def _people_table(found: dict[str, Statistics]) -> Table:
     return table
 
 
-def _pattern_table(found: dict[str, Statistics]) -> Table:
-    table = Table(
+def _pattern_table(found: dict[str, Statistics]) -> FittedTable:
+    table = FittedTable(
         title="Patterns within 3.6 m",
         caption="events (closest approach p50, m); every person in turn is the robot",
     )
@@ -91,5 +89,5 @@ def _pattern_table(found: dict[str, Statistics]) -> Table:
     for name, numbers in found.items():
         counts = (numbers.patterns[pattern] for pattern in EVENT_PATTERNS)
         cells = (f"{c.events} ({c.closest_m[1]:.2f})" if c.events else "0" for c in counts)
-        table.add_row(escape(name), *cells)
+        table.add_row(name, *cells)
     return table

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn
 from stable_baselines3.common.callbacks import BaseCallback
 
 from hazbot_gym.task.outcome import OUTCOME_NAMES
 from hazbot_gym.task.reward import TERMS
+from hazbot_gym.utils import terminal
 
 LEAST_STEPS = 5_000  # decisions between two points of a curve
 # Curve by what the environments call it.
@@ -62,12 +63,13 @@ class ProgressBar(BaseCallback):
     def __init__(self, console: Console, steps: int) -> None:
         super().__init__()
         columns = (
-            TextColumn("{task.description}"),
+            terminal.plain_column("{task.description}"),
             BarColumn(),
-            TextColumn("{task.completed:,.0f}/{task.total:,.0f} steps, {task.fields[rate]}"),
-            TimeRemainingColumn(),
+            terminal.plain_column(
+                "{task.completed:,.0f}/{task.total:,.0f} steps, {task.fields[rate]}"
+            ),
         )
-        self._bar = Progress(*columns, console=console, disable=not console.is_terminal)
+        self._bar = terminal.progress_bar(console, *columns)
         self._task = self._bar.add_task("training", total=steps, rate="")
 
     def _on_training_start(self) -> None:

@@ -11,7 +11,6 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import gymnasium
-from rich.table import Table
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import make as make_policy
@@ -27,6 +26,7 @@ from hazbot_gym.study.screens import (
     Screen,
     Stopped,
 )
+from hazbot_gym.utils.terminal import FittedTable
 
 # Metrics that are printed of each episode, and how.
 COLUMNS = {
@@ -128,9 +128,9 @@ def save(
     return rows
 
 
-def table(rows: list[Row]) -> Table:
+def table(rows: list[Row]) -> FittedTable:
     """Return a line for each episode."""
-    result = Table(box=None, pad_edge=False)
+    result = FittedTable(box=None, pad_edge=False)
     for name in COLUMNS:
         result.add_column(name, justify="left" if name == "outcome" else "right")
     for row in rows:

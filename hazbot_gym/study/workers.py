@@ -11,6 +11,7 @@ from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 
+from hazbot_gym.core.notice import NOTICE
 from hazbot_gym.errors import HazbotError
 
 
@@ -23,7 +24,9 @@ def processes(count: int) -> Iterator[ProcessPoolExecutor]:
     """
     # Spawned processes start from nothing, the same way on every system.
     spawn = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(count, mp_context=spawn, initializer=_begin)
+    pool = ProcessPoolExecutor(
+        count, mp_context=spawn, initializer=_begin, initargs=(NOTICE.has_spoken,)
+    )
     try:
         yield pool
     except BrokenProcessPool as error:
@@ -32,12 +35,16 @@ def processes(count: int) -> Iterator[ProcessPoolExecutor]:
         pool.shutdown(cancel_futures=True)
 
 
-def _begin() -> None:
+def _begin(has_spoken: bool) -> None:
     """Let Ctrl-C end a worker quietly, and the end of its parent at once.
 
     Who is killed cannot tell its workers. Left alone they would finish what they are at, beside
     those of the run that goes on.
+
+    Args:
+        has_spoken: Whether the parent has announced that kernels are compiled.
     """
+    NOTICE.has_spoken = has_spoken
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

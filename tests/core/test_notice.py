@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 
 import hazbot_gym
-from hazbot_gym.core.notice import MESSAGE, Notice
+from hazbot_gym.core.notice import MESSAGE, NOTICE, Notice
+from hazbot_gym.study.workers import processes
 
 # The kernel that compiles fastest, and how often it came from the cache.
 COMMAND = """
@@ -55,6 +56,18 @@ def test_compiling_is_said_once_and_the_cache_is_silent(tmp_path: Path) -> None:
 
     assert (first[0], first[2]) == (0, MESSAGE + "\n")
     assert (second[0], second[2]) == (1, "")
+
+
+def test_compiling_is_not_said_again_by_workers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    for has_spoken, said in ((True, ""), (False, MESSAGE + "\n")):
+        monkeypatch.setattr(NOTICE, "has_spoken", has_spoken)
+        with processes(1) as pool:
+            pool.submit(exec, COMMAND).result()
+        assert capfd.readouterr().err == said
+        shutil.rmtree(tmp_path)
 
 
 def test_kernels_are_cached_elsewhere_where_the_package_folder_cannot_be_written(

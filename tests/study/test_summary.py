@@ -6,12 +6,12 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
-from rich.console import Console
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study.config import ScenarioSet, StudyConfig
 from hazbot_gym.study.summary import COMPARED, HEADLINE, RATES, means, summarise, summarise_one
 from hazbot_gym.study.tables import study_tables
+from hazbot_gym.utils.terminal import output_console
 
 STUDY = StudyConfig(
     policies=("constant:0.5", "fuzzy_expert:rules=literal8"),
@@ -124,15 +124,25 @@ def test_one_policy_is_summarised_like_the_same_policy_in_a_study() -> None:
     assert alone["metrics"]["return"]["mean"] == within["metrics"]["return"]["mean"]
 
 
-def test_the_table_fits_120_columns_with_nothing_cut_off() -> None:
+@pytest.mark.parametrize("width", [120, 80, 60])
+def test_tables_fit_every_terminal_with_no_name_and_no_interval_cut_off(width: int) -> None:
     out = io.StringIO()
-    console = Console(file=out, width=120)
-    console.print(study_tables(summarise(pd.DataFrame(made_up_rows()), STUDY)))
+    summary = summarise(pd.DataFrame(made_up_rows()), STUDY)
+    output_console(out, width=width).print(study_tables(summary, is_verbose=True))
     lines = out.getvalue().splitlines()
-    assert max(map(len, lines)) <= 120
+    assert max(map(len, lines)) <= width
     assert "…" not in out.getvalue()
-    for text in ("easy", "hard", "all sets", "rules=literal8", "-1235", "90", "70..97"):
+    for text in ("easy", "hard", "all sets", "rules=literal8", "-1235..-1234"):
         assert text in out.getvalue()
+    assert ("70..97" in out.getvalue()) == (width == 120)
+    assert ("Too narrow to show: RMS jerk" in out.getvalue()) == (width < 120)
+
+
+def test_the_headline_is_the_only_table_unless_more_is_asked_for() -> None:
+    out = io.StringIO()
+    output_console(out).print(study_tables(summarise(pd.DataFrame(made_up_rows()), STUDY)))
+    assert "easy:" not in out.getvalue()
+    assert "all sets: 40 episodes a policy" in out.getvalue()
 
 
 def test_rates_of_learners_are_not_sure_of_what_all_their_seeds_did_alike() -> None:

@@ -4,10 +4,10 @@ import io
 from pathlib import Path
 
 import pytest
-from rich.console import Console
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study.tracks_report import describe
+from hazbot_gym.utils.terminal import output_console
 
 GOOD = "# framerate: 10\n" + "".join(
     f"1 {k} {0.1 * k} 0\n2 {k} {9 - 0.1 * k:.1f} 0.5\n" for k in range(91)
@@ -15,9 +15,9 @@ GOOD = "# framerate: 10\n" + "".join(
 
 
 def printed(path: Path) -> str:
-    console = Console(file=io.StringIO(), width=140)
-    describe(path, console)
-    return console.file.getvalue()
+    out = io.StringIO()
+    describe(path, output_console(out, width=140))
+    return out.getvalue()
 
 
 def test_numbers_and_patterns_of_every_recording_are_printed(tmp_path: Path) -> None:
@@ -43,12 +43,12 @@ def test_faults_are_told_after_the_good_ones_are_printed(tmp_path: Path) -> None
     (tmp_path / "good.txt").write_text(GOOD)
     (tmp_path / "bad.csv").write_text("frame,id,x,y\n1,2,3\n")
     (tmp_path / "worse.csv").write_text("a,b\n1,2\n")
-    console = Console(file=io.StringIO(), width=140)
+    out = io.StringIO()
 
     with pytest.raises(InvalidInput, match=r"^bad\.csv: [^\n]*; worse\.csv: [^\n]*$"):
-        describe(tmp_path, console)
+        describe(tmp_path, output_console(out, width=140))
 
-    assert "good" in console.file.getvalue()
+    assert "good" in out.getvalue()
 
 
 def test_jumping_tracks_and_lone_descriptions_are_remarked_on(tmp_path: Path) -> None:

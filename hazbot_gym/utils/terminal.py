@@ -1,0 +1,170 @@
+"""Consoles for results and progress, and tables that fit their width.
+
+Text is printed as it stands: brackets and colons in a name are never read as rich's markup. A
+character that the output's encoding lacks is replaced by its nearest ASCII letter, or by ``?``.
+"""
+
+from __future__ import annotations
+
+import codecs
+import copy
+import io
+import sys
+import unicodedata
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, TextIO
+
+from rich.console import Console, ConsoleOptions, RenderResult
+from rich.measure import Measurement
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    TextColumn,
+    TimeRemainingColumn,
+)
+from rich.table import Column, Table
+from rich.text import Text
+
+PIPED_WIDTH = 120  # columns of output that goes into a file or another program
+_LEAST_FOLDED = 12  # columns that a text which may break anywhere is left with
+
+
+def output_console(file: TextIO | None = None, *, width: int | None = None) -> Console:
+    """Return the console of results, on stdout if no file is given.
+
+    Args:
+        file: Where the text goes.
+        width: Columns; None for the terminal's, or for ``PIPED_WIDTH`` where there is no terminal.
+    """
+    stream = file or sys.stdout
+    if width is None and not stream.isatty():
+        width = PIPED_WIDTH
+    return _console(stream, width)
+
+
+def progress_console() -> Console:
+    """Return the console of progress and remarks, on stderr."""
+    return _console(sys.stderr, None)
+
+
+def progress_bar(console: Console, *columns: ProgressColumn) -> Progress:
+    """Return a progress bar, silent where the console is no terminal."""
+    usual = (plain_column("{task.description}"), BarColumn(), MofNCompleteColumn())
+    is_silent = not (console.is_terminal and console.file.isatty())
+    return Progress(*(columns or usual), TimeRemainingColumn(), console=console, disable=is_silent)
+
+
+def plain_column(template: str) -> TextColumn:
+    """Return a column of a progress bar whose text is no markup."""
+    return TextColumn(template, markup=False)
+
+
+def tolerate(stream: TextIO) -> None:
+    """Let a stream replace what its encoding lacks, unless it is set to do something else."""
+    if isinstance(stream, io.TextIOWrapper) and stream.errors in ("strict", "surrogateescape"):
+        stream.reconfigure(errors=_REPLACE)
+
+
+class FittedTable(Table):
+    """A table that leaves out columns where the console is too narrow for all of them.
+
+    No number is broken or clipped; a line below names the columns that were left out.
+
+    Args:
+        spare: Titles of the columns that may be left out, the first one first; None for all but
+            the first column, from the last one on.
+    """
+
+    def __init__(
+        self, *titles: Column | str, spare: Sequence[str] | None = None, **options: Any
+    ) -> None:
+        super().__init__(*titles, **options)
+        self.spare = spare
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        """Yield the table and, if columns were left out, a line that names them."""
+        spans = {id(column): _span(console, options, column) for column in self.columns}
+        kept, left_out = list(self.columns), []
+        for column in self._spare_columns():
+            if self._room(options, kept) >= sum(spans[id(each)].minimum for each in kept):
+                break
+            kept.remove(column)
+            left_out.append(_title(column))
+        shown = copy.copy(self)
+        shown.columns = [copy.copy(column) for column in kept]
+        room, needs = self._room(options, kept), [spans[id(column)] for column in kept]
+        if room >= sum(need.minimum for need in needs):
+            for column, width in zip(shown.columns, _widths(room, needs), strict=True):
+                column.width = width
+        yield from Table.__rich_console__(shown, console, options)
+        if left_out:
+            yield Text(f"Too narrow to show: {', '.join(left_out)}.", style="dim")
+
+    def _spare_columns(self) -> Iterable[Column]:
+        if self.spare is None:
+            return reversed(self.columns[1:])
+        by_title = {column.header: column for column in self.columns}
+        return [by_title[title] for title in self.spare]
+
+    def _room(self, options: ConsoleOptions, columns: list[Column]) -> int:
+        """Return the width that is left for cells beside their padding and borders."""
+        _, right, _, left = self.padding
+        borders = len(columns) + 1 if self.box else 0
+        return options.max_width - borders - (left + right) * len(columns)
+
+
+def _title(column: Column) -> str:
+    return " ".join(str(column.header).split())
+
+
+def _span(console: Console, options: ConsoleOptions, column: Column) -> Measurement:
+    """Return the least width at which no word of a column is broken, and the greatest of use."""
+    wide = options.update(width=10_000)
+    found = [Measurement.get(console, wide, cell) for cell in (column.header, *column.cells)]
+    widest = max(max(each.maximum for each in found), column.min_width or 0)
+    if column.no_wrap:
+        least = widest
+    elif column.overflow == "fold":
+        least = min(widest, column.min_width or _LEAST_FOLDED)
+    else:
+        least = max(max(each.minimum for each in found), column.min_width or 0)
+    return Measurement(least, widest)
+
+
+def _widths(room: int, needs: Sequence[Measurement]) -> list[int]:
+    """Return widths that fill the room fairly: each its least, the rest to those that want more."""
+    widths, left = [need.minimum for need in needs], room - sum(need.minimum for need in needs)
+    wanting = sorted(range(len(needs)), key=lambda k: needs[k].maximum - needs[k].minimum)
+    for rank, k in enumerate(wanting):
+        given = min(needs[k].maximum - needs[k].minimum, left // (len(needs) - rank))
+        widths[k] += given
+        left -= given
+    return widths
+
+
+def _console(stream: TextIO, width: int | None) -> Console:
+    tolerate(stream)
+    console = Console(file=stream, width=width, markup=False, emoji=False)
+    if not console.width:  # COLUMNS=0
+        console.width = PIPED_WIDTH
+    return console
+
+
+def _nearest(error: UnicodeError) -> tuple[str, int]:
+    """Return what stands for letters that an encoding lacks, as many as they are."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    lost = error.object[error.start : error.end]
+    return "".join(_plain_letters(lost)), error.end
+
+
+def _plain_letters(text: str) -> Iterator[str]:
+    for letter in text:
+        plain = unicodedata.normalize("NFKD", letter)[0]
+        yield plain if plain.isascii() else "?"
+
+
+_REPLACE = f"{__name__}.nearest"
+codecs.register_error(_REPLACE, _nearest)

@@ -1,0 +1,70 @@
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from hazbot_gym.study.answer import answer, learned
+from hazbot_gym.study.config import ScenarioSet, StudyConfig
+
+SETS = tuple(
+    ScenarioSet(name=name, env="hazbot_gym/Doorway-v0") for name in ("easy", "hard", "odd")
+)
+STUDY = StudyConfig(policies=("fuzzy_expert", "ppo", "learned:path=a[/b].npz", "ttc"), sets=SETS)
+
+
+def result(returns: float, gain: tuple[float, float, float], arrived: float = 1.25) -> Any:
+    means = {
+        "return": returns,
+        "time_ratio": arrived,
+        "kinetic_intrusion_m2": 0.03,
+        "contact_robot_caused": 0.01,
+    }
+    return {
+        "metrics": {name: {"mean": value} for name, value in means.items()},
+        "return_gain": dict(zip(("mean", "low", "high"), gain, strict=True)),
+    }
+
+
+def summary(study: StudyConfig = STUDY) -> dict[str, Any]:
+    gains = {"easy": (2.0, 1.0, 3.0), "hard": (-2.0, -3.0, -1.0), "odd": (0.0, -1.0, 1.0)}
+    gains["all sets"] = (0.5, -0.25, 1.5)
+    others = {"fuzzy_expert": 100.0, "learned:path=a[/b].npz": 90.0, "ttc": 300.0}
+    return {
+        "confidence": 0.95,
+        "headline": {"name": "all sets", "sets": list(gains)[:3]},
+        "sets": {
+            name: {other: result(value, (0.0, 0.0, 0.0), 1.5) for other, value in others.items()}
+            | {"ppo": result(110.0, gain)}
+            for name, gain in gains.items()
+        },
+    }
+
+
+def test_the_answer_names_the_sets_where_a_learned_policy_is_better_and_worse() -> None:
+    assert answer(summary(), STUDY) == (
+        "The learned policy ppo earns more return than fuzzy_expert in 1 of 3 sets (easy), "
+        "less in 1 (hard), neither in 1; all sets: return +0.50 (95% interval -0.25 to 1.50), "
+        "time ratio 1.250 against 1.500, kinetic intrusion 0.0300 against 0.0300 m², "
+        "contacts by the robot 1.00 against 1.00 %."
+    )
+
+
+@pytest.mark.parametrize("policies", [("fuzzy_expert", "ttc"), ("ppo", "ttc")])
+def test_without_a_learned_policy_beside_the_reference_the_answer_says_so(
+    policies: tuple[str, ...],
+) -> None:
+    study = STUDY.model_copy(update={"policies": policies})
+
+    assert answer(summary(study), study) == f"No learned policy was compared with {policies[0]}."
+
+
+def test_a_metric_that_is_nowhere_defined_is_left_out() -> None:
+    found = summary()
+    found["sets"]["all sets"]["ppo"]["metrics"]["time_ratio"]["mean"] = None
+
+    assert "time ratio" not in answer(found, STUDY)
+
+
+def test_shipped_policies_and_files_are_learned_and_rules_are_not() -> None:
+    assert learned(STUDY) == ["ppo", "learned:path=a[/b].npz"]
