@@ -1,6 +1,7 @@
 """Speed policies: what the robot does with its speed, from observations alone.
 
 - ``base``: what a policy is, how one is made from its name, and their register
+- ``guard``: stop where an observation is invalid, for all of them
 - ``constant``: one speed, whatever happens
 - ``stop_on_sight``, ``stop_when_near``: stop for what is ahead, or for whoever is near
 - ``sonar_estimate``: people from ultrasonic readings; ``people_rule``: rules that see them so

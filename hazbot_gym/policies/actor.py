@@ -86,7 +86,8 @@ class Actor(NamedTuple):
             starts: (...) whose episode has just begun, with nothing to be remembered.
 
         Returns:
-            Actions (..., 1), and the memory for the next decision.
+            Actions (..., 1), NaN where an output of the network is not finite; and the memory for
+            the next decision.
         """
         x = np.asarray(observation, np.float32)
         if self.normalisation is not None:
@@ -98,4 +99,6 @@ class Actor(NamedTuple):
         activate = ACTIVATIONS[self.activation]
         for layer in self.layers[:-1]:
             x = activate(layer.apply(x))
-        return HEADS[self.head](self.layers[-1].apply(x)), memory
+        y = self.layers[-1].apply(x)
+        is_finite = np.isfinite(y).all(axis=-1, keepdims=True)  # a head would hide it
+        return np.where(is_finite, HEADS[self.head](y), np.float32(np.nan)), memory

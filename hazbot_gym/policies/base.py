@@ -13,17 +13,20 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import ValidationError
+from pydantic import ConfigDict, ValidationError
 
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations
 
-Observations = npt.NDArray[np.float32]
-Actions = npt.NDArray[np.float32]
+OPTIONS = ConfigDict(extra="forbid", allow_inf_nan=False)  # of the dataclasses of policies
 
 
 @runtime_checkable
 class Policy(Protocol):
-    """Chooses the robot's speed from what it observes."""
+    """Chooses the robot's speed from what it observes.
+
+    Those of the library answer -1, stop, where an observation is invalid (``guard``).
+    """
 
     def predict(
         self,
@@ -46,21 +49,17 @@ class Policy(Protocol):
         ...
 
 
-class Rule:
+class Rule(Guarded):
     """A policy without inner state: the share of the nominal speed follows from what is seen."""
 
     def speed_share(self, observation: Observations) -> npt.ArrayLike:
         """Return the share in [0, 1] for observations (..., n): shape (...)."""
         raise NotImplementedError
 
-    def predict(
-        self,
-        observation: Observations,
-        state: Any = None,
-        episode_start: npt.NDArray[np.bool_] | None = None,
-        deterministic: bool = True,
+    def act(
+        self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
     ) -> tuple[Actions, Any]:
-        """Return the action, and the state as it was given; see ``Policy.predict``."""
+        """Return the action, and the state as it was given; see ``Guarded.act``."""
         return speed_action(self.speed_share(observation)), state
 
 
@@ -152,7 +151,8 @@ def make(spec: str) -> Policy:
     Args:
         spec: ``name`` or ``name:option=value,...`` with a name of the register, or
             ``module:attribute`` for a policy of your own: an object with ``predict``, or what makes
-            one without arguments.
+            one without arguments. Policies of the library stop where an observation is invalid
+            (``guard``); one of your own is called as it is, unless it is a ``guard.Guarded``.
 
     Raises:
         InvalidInput: an unknown name or option, a value that is not allowed, or no policy there.

@@ -7,13 +7,12 @@ from typing import Annotated
 import numpy as np
 import numpy.typing as npt
 from annotated_types import Ge, Le
-from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
-from hazbot_gym.policies.base import Observations, Rule
+from hazbot_gym.policies.base import OPTIONS, Observations, Rule
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, config=OPTIONS)
 class Constant(Rule):
     """Drives at a fixed share of the nominal speed and looks at nothing."""
 

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.policies.actor import Actor, Normalisation
-from hazbot_gym.policies.base import Actions, Observations, Policy
+from hazbot_gym.policies.base import Policy
+from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations
 from hazbot_gym.policies.layer import Layer
 from hazbot_gym.policies.lstm import Lstm
 
@@ -146,20 +146,16 @@ def _load(loader: str, path: Path) -> Any:
     return getattr(library, algorithm).load(path, device="cpu")
 
 
-class _Model:
+class _Model(Guarded):
     """A model as a policy: its levels become the continuous actions of their speeds."""
 
     def __init__(self, model: Any) -> None:
         self._model = model
 
-    def predict(
-        self,
-        observation: Observations,
-        state: Any = None,
-        episode_start: npt.NDArray[np.bool_] | None = None,
-        deterministic: bool = True,
+    def act(
+        self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
     ) -> tuple[Actions, Any]:
-        """Return what the model answers; see ``Policy.predict``."""
+        """Return what the model answers, its state with rows first; see ``Guarded.act``."""
         if not deterministic:
             raise InvalidInput("deterministic: given False, a trained policy allows only True")
         width = self._model.observation_space.shape[0]
@@ -168,7 +164,14 @@ class _Model:
                 f"tier: given observations of {np.shape(observation)[-1]} entries, this policy was "
                 f"trained on {width}"
             )
-        action, state = self._model.predict(observation, state, episode_start, deterministic=True)
+        action, state = self._model.predict(
+            observation, _rows_second(state), starts, deterministic=True
+        )
         if hasattr(self._model.action_space, "n"):
             action = (2.0 * action / (self._model.action_space.n - 1) - 1.0)[..., None]
-        return np.asarray(action, np.float32), state
+        return np.asarray(action, np.float32), _rows_second(state)
+
+
+def _rows_second(state: Any) -> Any:
+    """Return the arrays of an LSTM's state with their first two axes, layers and rows, swapped."""
+    return state if state is None else tuple(np.swapaxes(each, 0, 1) for each in state)

@@ -14,13 +14,12 @@ from typing import Annotated, Literal
 import numpy as np
 import numpy.typing as npt
 from annotated_types import Ge, Gt
-from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
 from hazbot_gym.core.fuzzy import SpeedRules, kept_fraction
 from hazbot_gym.core.jit import lean_kernel, scalar
 from hazbot_gym.core.state import CROSSING, NO_PATTERN, PATTERN_NAMES, Floats, Ints
-from hazbot_gym.policies.base import Observations
+from hazbot_gym.policies.base import OPTIONS, Observations
 from hazbot_gym.policies.people_rule import PeopleRule
 from hazbot_gym.policies.person_columns import Columns, columns_of
 
@@ -106,7 +105,7 @@ PERSON_FIELDS = (
 )
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, config=OPTIONS)
 class FuzzyExpert(PeopleRule):
     """The paper's strategy, on tracked people or on those of ``sonar_estimate``.
 

@@ -12,13 +12,12 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
 from hazbot_gym.core.fuzzy import SpeedRules
 from hazbot_gym.core.state import Floats
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.policies.base import Actions, Observations, speed_action
+from hazbot_gym.policies.base import OPTIONS, speed_action
 from hazbot_gym.policies.fuzzy_expert import (
     AVOIDANCE_M,
     HALF_WIDTH,
@@ -27,6 +26,7 @@ from hazbot_gym.policies.fuzzy_expert import (
     SENSITIVE_M,
     FuzzyExpert,
 )
+from hazbot_gym.policies.guard import Actions, Flags, Observations
 from hazbot_gym.policies.robot import DECISION_S, NOMINAL_MPS
 from hazbot_gym.task.observation import layout_of
 
@@ -52,7 +52,7 @@ def _widths(centres: Floats) -> Floats:
     return np.stack([centres, [math.inf, *gaps], [*gaps, math.inf]], axis=1)
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, config=OPTIONS)
 class FuzzyReading(FuzzyExpert):
     """The strategy with one thing read differently; runs on tracked people."""
 
@@ -94,12 +94,8 @@ class FuzzyReading(FuzzyExpert):
             return kept * command / NOMINAL_MPS
         return kept
 
-    def predict(
-        self,
-        observation: Observations,
-        state: Any = None,
-        episode_start: npt.NDArray[np.bool_] | None = None,
-        deterministic: bool = True,
+    def act(
+        self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
     ) -> tuple[Actions, Any]:
         """Return the action; the state of ``elapsed`` is the time since the start (N,) [s].
 
@@ -107,10 +103,10 @@ class FuzzyReading(FuzzyExpert):
             InvalidInput: ``elapsed`` is asked on the sonar tier, whose echoes are a state already.
         """
         if self.reading != "elapsed":
-            return super().predict(observation, state, episode_start, deterministic)
+            return super().act(observation, state, starts, deterministic)
         if layout_of(observation).tier == "sonar":
             raise InvalidInput("reading: 'elapsed' is for tracked people, given the tier 'sonar'")
         time_s = np.zeros(np.shape(observation)[:-1]) if state is None else np.asarray(state)
-        if episode_start is not None:
-            time_s = np.where(np.reshape(episode_start, time_s.shape), 0.0, time_s)
+        if starts is not None:
+            time_s = np.where(np.reshape(starts, time_s.shape), 0.0, time_s)
         return speed_action(self._kept(observation, time_s)), time_s + DECISION_S

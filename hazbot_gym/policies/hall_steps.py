@@ -14,12 +14,11 @@ from typing import Annotated
 
 import numpy as np
 from annotated_types import Ge
-from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
 from hazbot_gym.core.proxemics import INTIMATE_M, PERSONAL_M, PERSONAL_NEAR_M, SOCIAL_NEAR_M
 from hazbot_gym.core.state import Floats
-from hazbot_gym.policies.base import Observations
+from hazbot_gym.policies.base import OPTIONS, Observations
 from hazbot_gym.policies.people_rule import PeopleRule
 from hazbot_gym.policies.people_seen import clearances_m
 from hazbot_gym.task.observation import layout_of
@@ -28,7 +27,7 @@ BOUNDS_M = np.array([INTIMATE_M, PERSONAL_NEAR_M, PERSONAL_M, SOCIAL_NEAR_M])
 SHARES = np.array([0.0, 0.25, 0.5, 0.75, 1.0])  # within each bound, and beyond the last
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, config=OPTIONS)
 class HallSteps(PeopleRule):
     """Drives at the speed of the zone in which the nearest person is."""
 

@@ -22,12 +22,11 @@ from typing import Annotated
 
 import numpy as np
 from annotated_types import Ge, Gt
-from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
 from hazbot_gym.core.proxemics import INTIMATE_M
 from hazbot_gym.core.state import Floats
-from hazbot_gym.policies.base import Observations
+from hazbot_gym.policies.base import OPTIONS, Observations
 from hazbot_gym.policies.people_rule import PeopleRule
 from hazbot_gym.policies.people_seen import RADII_M, People, people_seen
 from hazbot_gym.policies.robot import ACCELERATION_MPS2, BRAKING_MPS2, DECISION_S, NOMINAL_MPS
@@ -37,7 +36,7 @@ SOON_S = 3.0  # who steps into the lane later does not count yet
 TOUCHING_M = 0.01  # smaller gaps count as this
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, config=OPTIONS)
 class Idm(PeopleRule):
     """Keeps a minimum gap and a time headway to everybody in its lane."""
 

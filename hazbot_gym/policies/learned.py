@@ -12,33 +12,28 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies import actor_file
-from hazbot_gym.policies.base import Actions, Observations, Policy
+from hazbot_gym.policies.base import OPTIONS, Policy
+from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations
 from hazbot_gym.policies.residual import on_its_base
 from hazbot_gym.task.observation import layout_of
 
 SHIPPED = Path(__file__).parent / "shipped"
-_CONFIG = ConfigDict(extra="forbid")
 
 
-class TrainedActor:
+class TrainedActor(Guarded):
     """An actor of plain arrays as a policy."""
 
     def __init__(self, trained: actor_file.Trained) -> None:
         self.actor, self.about = trained
 
-    def predict(
-        self,
-        observation: Observations,
-        state: Any = None,
-        episode_start: npt.NDArray[np.bool_] | None = None,
-        deterministic: bool = True,
+    def act(
+        self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
     ) -> tuple[Actions, Any]:
-        """Return the most likely action, and what an LSTM remembers; see ``Policy.predict``.
+        """Return the most likely action, and what an LSTM remembers; see ``Guarded.act``.
 
         Without an LSTM the state comes back as it was given.
 
@@ -53,7 +48,7 @@ class TrainedActor:
                 f"tier: given observations of {width} entries, this policy was trained on tier "
                 f"{self.about['tier']} with {self.actor.width}"
             )
-        return self.actor.act(observation, state, episode_start)
+        return self.actor.act(observation, state, starts)
 
 
 class _FromFile:
@@ -74,7 +69,7 @@ class _FromFile:
         return policy.predict(observation, state, episode_start, deterministic)
 
 
-@dataclass(frozen=True, config=_CONFIG)
+@dataclass(frozen=True, config=OPTIONS)
 class Learned(_FromFile):
     """The policy in a file that ``hazbot train`` exported, or that Stable-Baselines3 saved."""
 
@@ -102,7 +97,7 @@ class Learned(_FromFile):
         return load_zip(self.path)
 
 
-@dataclass(frozen=True, config=_CONFIG)
+@dataclass(frozen=True, config=OPTIONS)
 class Ppo(_FromFile):
     """The PPO policies that come with the library: one for each width of observations."""
 

@@ -17,13 +17,12 @@ import math
 from typing import Annotated
 
 import numpy as np
-from annotated_types import Ge, Gt
-from pydantic import ConfigDict
+from annotated_types import Ge, Gt, Le
 from pydantic.dataclasses import dataclass
 
 from hazbot_gym.core.geometry import STRAIGHT_PER_M
 from hazbot_gym.core.state import Floats, as_record
-from hazbot_gym.policies.base import Observations
+from hazbot_gym.policies.base import OPTIONS, Observations
 from hazbot_gym.policies.mpc_plan import LEVELS, Problem, plan
 from hazbot_gym.policies.people_rule import PeopleRule
 from hazbot_gym.policies.people_seen import people_seen
@@ -33,13 +32,13 @@ from hazbot_gym.task.observation import layout_of
 PROGRESS, SMOOTHNESS, CONTACT = 1.0, 0.5, 200.0  # weights of the reward, without their signs
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, config=OPTIONS)
 class Mpc(PeopleRule):
     """Drives as the best plan begins."""
 
     intrusion: Annotated[float, Ge(0)] = 16.0  # weight, the knob of the family
-    horizon_s: Annotated[float, Gt(0)] = 4.0
-    nominal_mps: Annotated[float, Gt(0)] = NOMINAL_MPS  # speed of action +1
+    horizon_s: Annotated[float, Gt(0), Le(60)] = 4.0
+    nominal_mps: Annotated[float, Ge(0.05)] = NOMINAL_MPS  # speed of action +1
 
     def speed_share(self, observation: Observations) -> Floats:
         """Return the share with which the best plan begins; see ``base.Rule``."""

@@ -21,18 +21,17 @@ from typing import Annotated
 import numpy as np
 import numpy.typing as npt
 from annotated_types import Ge, Gt
-from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
 from hazbot_gym.core.state import Floats
-from hazbot_gym.policies.base import Observations
+from hazbot_gym.policies.base import OPTIONS, Observations
 from hazbot_gym.policies.people_rule import PeopleRule
 from hazbot_gym.policies.people_seen import clearances_m
 from hazbot_gym.policies.robot import ACCELERATION_MPS2, BRAKING_MPS2, DECISION_S, NOMINAL_MPS
 from hazbot_gym.task.observation import layout_of
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, config=OPTIONS)
 class PassiveSafety(PeopleRule):
     """Drives at the largest speed that is passively safe towards everybody."""
 

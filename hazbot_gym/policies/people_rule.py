@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from hazbot_gym.core.state import Floats
-from hazbot_gym.policies.base import Actions, Observations, Rule, speed_action
+from hazbot_gym.policies.base import Rule, speed_action
+from hazbot_gym.policies.guard import Actions, Flags, Observations
 from hazbot_gym.policies.sonar_estimate import listen, people
 from hazbot_gym.task.observation import LAYOUTS, PERSON_SLOTS, layout_of
 
@@ -22,20 +22,16 @@ SONAR, TRACKS = LAYOUTS["sonar"], LAYOUTS["tracks"]
 class PeopleRule(Rule):
     """A rule whose ``speed_share`` reads the fields of people."""
 
-    def predict(
-        self,
-        observation: Observations,
-        state: Any = None,
-        episode_start: npt.NDArray[np.bool_] | None = None,
-        deterministic: bool = True,
+    def act(
+        self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
     ) -> tuple[Actions, Any]:
         """Return the action; the state is None, or the echoes known so far on the sonar tier.
 
-        See ``base.Policy.predict``.
+        See ``Guarded.act``.
         """
         if layout_of(observation).tier == SONAR.tier:
             seen = SONAR.decode(observation)
-            state = listen(seen, state, episode_start)
+            state = listen(seen, state, starts)
             observation = with_people(observation, people(state, seen["speed_mps"]))
         return speed_action(self.speed_share(observation)), state
 

@@ -13,10 +13,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.policies.base import REGISTER, Actions, Observations, Policy, make
+from hazbot_gym.policies.base import REGISTER, Policy, make
+from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations
 
 
 def corrected(action: Actions, correction: Actions, scale: float) -> Actions:
@@ -40,6 +40,14 @@ def base_of(spec: str) -> Policy:
     return make(spec)
 
 
+def unguarded(
+    policy: Policy, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
+) -> tuple[Actions, Any]:
+    """Return a part's bare answer: a stop of one part alone would not stop the whole."""
+    answer = policy.act if isinstance(policy, Guarded) else policy.predict
+    return answer(observation, state, starts, deterministic)
+
+
 def on_its_base(network: Policy, residual: Mapping[str, Any] | None) -> Policy:
     """Return a network as it drives: on its base, or alone where there is none."""
     if residual is None:
@@ -47,21 +55,17 @@ def on_its_base(network: Policy, residual: Mapping[str, Any] | None) -> Policy:
     return Residual(base_of(residual["base"]), network, residual["scale"])
 
 
-class Residual:
+class Residual(Guarded):
     """A base and a network as one policy; the inner state is that of the one and of the other."""
 
     def __init__(self, base: Policy, network: Policy, scale: float) -> None:
         self.base, self.network, self.scale = base, network, scale
 
-    def predict(
-        self,
-        observation: Observations,
-        state: Any = None,
-        episode_start: npt.NDArray[np.bool_] | None = None,
-        deterministic: bool = True,
+    def act(
+        self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
     ) -> tuple[Actions, Any]:
-        """Return the corrected action and the next states of both; see ``Policy.predict``."""
+        """Return the corrected action and the next states of both; see ``Guarded.act``."""
         rule, memory = (None, None) if state is None else state
-        action, rule = self.base.predict(observation, rule, episode_start, deterministic)
-        correction, memory = self.network.predict(observation, memory, episode_start, deterministic)
+        action, rule = unguarded(self.base, observation, rule, starts, deterministic)
+        correction, memory = unguarded(self.network, observation, memory, starts, deterministic)
         return corrected(action, correction, self.scale), (rule, memory)

@@ -20,7 +20,6 @@ from typing import Annotated
 
 import numpy as np
 from annotated_types import Ge, Gt
-from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
 from hazbot_gym.core.elementary import decay
@@ -33,7 +32,7 @@ from hazbot_gym.core.state import (
     Records,
     as_record,
 )
-from hazbot_gym.policies.base import Observations
+from hazbot_gym.policies.base import OPTIONS, Observations
 from hazbot_gym.policies.people_rule import PeopleRule
 from hazbot_gym.policies.people_seen import RADII_M
 from hazbot_gym.policies.person_columns import Columns, columns_of
@@ -42,7 +41,7 @@ from hazbot_gym.policies.robot import DECISION_S, NOMINAL_MPS
 PERSON_FIELDS = ("present", "distance_m", "bearing_cos", "bearing_sin")
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, config=OPTIONS)
 class SocialForceSpeed(PeopleRule):
     """Accelerates as the total social force along the robot's heading asks."""
 

@@ -13,19 +13,18 @@ from typing import Annotated, Literal
 
 import numpy as np
 from annotated_types import Ge, Gt
-from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
 from hazbot_gym.core.ssm import SsmThresholds, permitted_speed
 from hazbot_gym.core.state import Floats
-from hazbot_gym.policies.base import Observations
+from hazbot_gym.policies.base import OPTIONS, Observations
 from hazbot_gym.policies.people_rule import PeopleRule
 from hazbot_gym.policies.people_seen import clearances_m, of_people
 from hazbot_gym.policies.robot import NOMINAL_MPS
 from hazbot_gym.task.observation import layout_of
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, config=OPTIONS)
 class Ssm(PeopleRule):
     """Drives at the largest speed whose protective separation distance is kept to everybody."""
 

@@ -10,20 +10,20 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import numpy as np
-import numpy.typing as npt
 from annotated_types import Gt
-from pydantic import ConfigDict, model_validator
+from pydantic import model_validator
 from pydantic.dataclasses import dataclass
 
 from hazbot_gym.core.state import Floats
-from hazbot_gym.policies.base import Actions, Observations, speed_action
+from hazbot_gym.policies.base import OPTIONS, speed_action
+from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations
 from hazbot_gym.task.observation import layout_of
 
 HYSTERESIS_M = 0.4
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
-class StopOnSight:
+@dataclass(frozen=True, config=OPTIONS)
+class StopOnSight(Guarded):
     """Stops below one distance ahead and drives on at nominal speed above another.
 
     Attributes:
@@ -40,21 +40,17 @@ class StopOnSight:
             raise ValueError(f"must be at least stop_m = {self.stop_m}")
         return self
 
-    def predict(
-        self,
-        observation: Observations,
-        state: Any = None,
-        episode_start: npt.NDArray[np.bool_] | None = None,
-        deterministic: bool = True,
-    ) -> tuple[Actions, npt.NDArray[np.bool_]]:
+    def act(
+        self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
+    ) -> tuple[Actions, Flags]:
         """Return the action, and as state whether the robot is stopped: (N,) or ().
 
-        See ``base.Policy.predict``.
+        See ``Guarded.act``.
         """
         ahead_m = _ahead_m(observation)
         was_stopped = np.zeros(ahead_m.shape, np.bool_) if state is None else np.asarray(state)
-        if episode_start is not None:
-            was_stopped = was_stopped & ~np.asarray(episode_start).reshape(ahead_m.shape)
+        if starts is not None:
+            was_stopped = was_stopped & ~np.asarray(starts).reshape(ahead_m.shape)
         resume_m = self.stop_m + HYSTERESIS_M if self.resume_m is None else self.resume_m
         is_stopped = np.where(was_stopped, ahead_m < resume_m, ahead_m < self.stop_m)
         return speed_action(np.where(is_stopped, 0.0, 1.0)), is_stopped

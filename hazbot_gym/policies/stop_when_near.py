@@ -10,17 +10,16 @@ from typing import Annotated
 
 import numpy as np
 from annotated_types import Ge
-from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
 from hazbot_gym.core.state import Floats
-from hazbot_gym.policies.base import Observations
+from hazbot_gym.policies.base import OPTIONS, Observations
 from hazbot_gym.policies.people_rule import PeopleRule
 from hazbot_gym.policies.people_seen import clearances_m
 from hazbot_gym.task.observation import layout_of
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, config=OPTIONS)
 class StopWhenNear(PeopleRule):
     """Stops while the clearance to the nearest person is below a threshold."""
 

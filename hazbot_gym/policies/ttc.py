@@ -17,13 +17,12 @@ from typing import Annotated
 import numpy as np
 import numpy.typing as npt
 from annotated_types import Ge, Gt
-from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
 from hazbot_gym.core.proxemics import INTIMATE_M
 from hazbot_gym.core.state import Floats
 from hazbot_gym.core.ttc import time_to_collision
-from hazbot_gym.policies.base import Observations
+from hazbot_gym.policies.base import OPTIONS, Observations
 from hazbot_gym.policies.people_rule import PeopleRule
 from hazbot_gym.policies.people_seen import RADII_M, People, people_seen
 from hazbot_gym.policies.robot import NOMINAL_MPS
@@ -32,7 +31,7 @@ from hazbot_gym.task.observation import layout_of
 SHARES = np.array([1.0, 0.75, 0.5, 0.25, 0.0])  # of the nominal speed: the paper's levels
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, config=OPTIONS)
 class Ttc(PeopleRule):
     """Drives at the largest speed that leads to no collision within a horizon."""
 

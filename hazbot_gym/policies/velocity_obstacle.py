@@ -22,12 +22,11 @@ from typing import Annotated
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
-from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
 from hazbot_gym.core.proxemics import PERSONAL_M
 from hazbot_gym.core.state import Floats
-from hazbot_gym.policies.base import Observations
+from hazbot_gym.policies.base import OPTIONS, Observations
 from hazbot_gym.policies.people_rule import PeopleRule
 from hazbot_gym.policies.people_seen import people_seen
 from hazbot_gym.policies.robot import NOMINAL_MPS
@@ -37,7 +36,7 @@ from hazbot_gym.task.observation import layout_of
 SHARES = np.linspace(1.0, 0.0, 21)  # of the nominal speed
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, config=OPTIONS)
 class VelocityObstacle(PeopleRule):
     """Drives at the largest speed outside everybody's velocity obstacle."""
 

@@ -75,6 +75,10 @@ def test_policy_of_one_s_own_is_an_object_or_what_makes_one(spec: str) -> None:
         ("constant:0.5,0.6", "option '0.6' is not known"),
         ("constant:0.5,fraction=0.6", "option 'fraction' is given twice"),
         ("fuzzy_expert:rules=9", "rules = '9' is not allowed: .*'complete32' or 'literal8'"),
+        ("ttc:horizon_s=nan", "horizon_s = 'nan' is not allowed: .*finite number"),
+        ("idm:nominal_mps=inf", "nominal_mps = 'inf' is not allowed: .*finite number"),
+        ("mpc:horizon_s=1e9", "horizon_s = '1e9' is not allowed: .*less than or equal to 60"),
+        ("mpc:nominal_mps=1e-9", "nominal_mps = '1e-9' is not allowed: .*or equal to 0.05"),
         ("fuzzy_expert:release=perhaps", "release = 'perhaps' is not allowed"),
     ],
 )

@@ -1,0 +1,111 @@
+"""Stop where the observation or the answer is no valid one: the guard of every library policy.
+
+An entry that is NaN, infinite or outside its documented bounds (``task/observation.py``) cannot
+come from a working encoder, which clips to these bounds: a sensor has failed, or the units are
+wrong. The action is then -1, stop, whatever the policy would have made of it. So it is where the
+policy's own answer is not finite. Each row of a batch is judged alone. What a policy remembers of a
+row stays as it was before the invalid observation; an episode that begins with invalid ones begins,
+for the policy, with the first valid one. Observations of other widths than the library's need only
+be finite.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from hazbot_gym.task.observation import LAYOUTS
+
+Observations = npt.NDArray[np.float32]
+Actions = npt.NDArray[np.float32]
+Flags = npt.NDArray[np.bool_]
+
+STOP = np.float32(-1.0)
+ROUNDING = 1e-5  # by which a scaled entry may exceed its bounds
+_BOUNDS = {
+    layout.width: (layout.low - np.float32(ROUNDING), layout.high + np.float32(ROUNDING))
+    for layout in LAYOUTS.values()
+}
+_FINITE = np.finfo(np.float32)
+
+
+class Guarded:
+    """A policy that answers with ``act`` where it can see, and stops where it cannot.
+
+    Subclass it to give a policy of your own the same guard.
+    """
+
+    def act(
+        self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
+    ) -> tuple[Actions, Any]:
+        """Return the action and the next inner state for valid observations.
+
+        Arguments and results are those of ``base.Policy.predict``. Arrays of the state, alone or in
+        tuples, have the rows of a batch as their first axis.
+        """
+        raise NotImplementedError
+
+    def predict(
+        self,
+        observation: Observations,
+        state: Any = None,
+        episode_start: npt.NDArray[np.bool_] | None = None,
+        deterministic: bool = True,
+    ) -> tuple[Actions, Any]:
+        """Return the action, -1 where an observation is invalid; see ``base.Policy.predict``."""
+        is_valid = valid(observation)
+        if is_valid.all() and not isinstance(state, _Waiting):
+            action, after = self.act(observation, state, episode_start, deterministic)
+            if np.isfinite(action).all():
+                return action, after
+        return self._stop_where_invalid(observation, is_valid, state, episode_start, deterministic)
+
+    def _stop_where_invalid(
+        self,
+        observation: Observations,
+        is_valid: Flags,
+        state: Any,
+        episode_start: npt.NDArray[np.bool_] | None,
+        deterministic: bool,
+    ) -> tuple[Actions, Any]:
+        starts = np.zeros(is_valid.shape, np.bool_)
+        if episode_start is not None:
+            starts = starts | np.reshape(episode_start, starts.shape)
+        if isinstance(state, _Waiting):
+            state, starts = state.state, starts | state.rows
+        safe = np.where(is_valid[..., None], observation, np.float32(0.0))
+        action, after = self.act(safe, state, starts.reshape(-1), deterministic)
+        works = is_valid & np.isfinite(action).all(axis=-1)
+        action = np.where(works[..., None], action, STOP)
+        if after is state:  # nothing is remembered
+            return action, after
+        begins_later = ~works & (starts | (state is None))
+        if state is not None:
+            after = _kept(state, after, ~works & ~begins_later)
+        return action, _Waiting(after, begins_later) if begins_later.any() else after
+
+
+class _Waiting(NamedTuple):
+    """The state of a policy for which an episode has begun with invalid observations."""
+
+    state: Any
+    rows: Flags  # (...) whose episode begins with the next valid observation
+
+
+def valid(observation: npt.ArrayLike) -> Flags:
+    """Return which observations (..., n) have all entries within their bounds: shape (...)."""
+    entries = np.asarray(observation)
+    low, high = _BOUNDS.get(entries.shape[-1] if entries.ndim else 0, (_FINITE.min, _FINITE.max))
+    return np.asarray(((entries >= low) & (entries <= high)).all(axis=-1))  # NaN is neither
+
+
+def _kept(old: Any, new: Any, rows: Flags) -> Any:
+    """Return a state with some rows as they were before."""
+    if old is new:
+        return new
+    if isinstance(new, tuple):
+        parts = (_kept(*both, rows) for both in zip(old, new, strict=True))
+        return type(new)(*parts) if hasattr(new, "_fields") else tuple(parts)
+    return np.where(rows.reshape(rows.shape + (1,) * (np.ndim(new) - rows.ndim)), old, new)
