@@ -9,7 +9,8 @@ import numpy.typing as npt
 from annotated_types import Ge, Le
 from pydantic.dataclasses import dataclass
 
-from hazbot_gym.policies.base import OPTIONS, Observations, Rule
+from hazbot_gym.policies.base import OPTIONS, Rule
+from hazbot_gym.policies.guard import Observations
 
 
 @dataclass(frozen=True, config=OPTIONS)

@@ -19,7 +19,8 @@ from pydantic.dataclasses import dataclass
 from hazbot_gym.core.fuzzy import SpeedRules, kept_fraction
 from hazbot_gym.core.jit import lean_kernel, scalar
 from hazbot_gym.core.state import CROSSING, NO_PATTERN, PATTERN_NAMES, Floats, Ints
-from hazbot_gym.policies.base import OPTIONS, Observations
+from hazbot_gym.policies.base import OPTIONS
+from hazbot_gym.policies.guard import Observations
 from hazbot_gym.policies.people_rule import PeopleRule
 from hazbot_gym.policies.person_columns import Columns, columns_of
 

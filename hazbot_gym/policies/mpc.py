@@ -22,7 +22,8 @@ from pydantic.dataclasses import dataclass
 
 from hazbot_gym.core.geometry import STRAIGHT_PER_M
 from hazbot_gym.core.state import Floats, as_record
-from hazbot_gym.policies.base import OPTIONS, Observations
+from hazbot_gym.policies.base import OPTIONS
+from hazbot_gym.policies.guard import Observations
 from hazbot_gym.policies.mpc_plan import LEVELS, Problem, plan
 from hazbot_gym.policies.people_rule import PeopleRule
 from hazbot_gym.policies.people_seen import people_seen

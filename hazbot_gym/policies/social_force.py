@@ -32,7 +32,8 @@ from hazbot_gym.core.state import (
     Records,
     as_record,
 )
-from hazbot_gym.policies.base import OPTIONS, Observations
+from hazbot_gym.policies.base import OPTIONS
+from hazbot_gym.policies.guard import Observations
 from hazbot_gym.policies.people_rule import PeopleRule
 from hazbot_gym.policies.people_seen import RADII_M
 from hazbot_gym.policies.person_columns import Columns, columns_of

@@ -17,7 +17,8 @@ from pydantic.dataclasses import dataclass
 
 from hazbot_gym.core.ssm import SsmThresholds, permitted_speed
 from hazbot_gym.core.state import Floats
-from hazbot_gym.policies.base import OPTIONS, Observations
+from hazbot_gym.policies.base import OPTIONS
+from hazbot_gym.policies.guard import Observations
 from hazbot_gym.policies.people_rule import PeopleRule
 from hazbot_gym.policies.people_seen import clearances_m, of_people
 from hazbot_gym.policies.robot import NOMINAL_MPS

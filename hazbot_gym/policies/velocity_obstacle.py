@@ -26,7 +26,8 @@ from pydantic.dataclasses import dataclass
 
 from hazbot_gym.core.proxemics import PERSONAL_M
 from hazbot_gym.core.state import Floats
-from hazbot_gym.policies.base import OPTIONS, Observations
+from hazbot_gym.policies.base import OPTIONS
+from hazbot_gym.policies.guard import Observations
 from hazbot_gym.policies.people_rule import PeopleRule
 from hazbot_gym.policies.people_seen import people_seen
 from hazbot_gym.policies.robot import NOMINAL_MPS

@@ -17,6 +17,7 @@ from hazbot_gym.study.train_config import TrainConfig, load_training
 from hazbot_gym.study.training import train
 from hazbot_gym.study.training_envs import make_envs
 from hazbot_gym.study.validation import validate
+from hazbot_gym.task.observation import LAYOUTS
 
 RUN: dict[str, Any] = {
     "worlds": 8,
@@ -60,8 +61,8 @@ def test_training_begins_exactly_at_the_base(*, is_timed: bool) -> None:
 def test_what_is_exported_drives_as_what_was_trained(algorithm: str, tmp_path: Path) -> None:
     config = run(algorithm=algorithm, learning_rate=0.03, final_learning_rate=0.03)
     result = train(config, tmp_path / "run")
-    rng = np.random.default_rng(0)
-    seen = rng.uniform(-1.0, 1.0, (200, 48)).astype(np.float32)
+    layout, rng = LAYOUTS["tracks"], np.random.default_rng(0)
+    seen = rng.uniform(layout.low, layout.high, (200, 48)).astype(np.float32)
     trained = on_its_base(result.model, config.residual.model_dump())  # type: ignore[union-attr]
     action, _ = policies.make(f"learned:{result.policy}").predict(seen)
     assert action == pytest.approx(trained.predict(seen)[0], abs=1e-5)
