@@ -23,7 +23,7 @@ def shown(value: float | None, unit: str = "") -> str:
 def verdict_table(record: Mapping[str, Any]) -> FittedTable:
     """Return one row for each number that the paper reports."""
     table = FittedTable(box=None, pad_edge=False, spare=("tolerance", "where"))
-    table.add_column("where", style="dim", no_wrap=True)
+    table.add_column("where", style="dim")
     table.add_column("what")
     for title in ("paper", "here", "tolerance"):
         table.add_column(title, justify="right", no_wrap=True)

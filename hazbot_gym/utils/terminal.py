@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import codecs
 import copy
+import dataclasses
 import io
 import sys
 import unicodedata
@@ -93,11 +94,15 @@ class FittedTable(Table):
             kept.remove(column)
             left_out.append(_title(column))
         shown = copy.copy(self)
-        shown.columns = [copy.copy(column) for column in kept]
+        # rich pads the first and the last column by the number that each has.
+        shown.columns = [dataclasses.replace(each, _index=k) for k, each in enumerate(kept)]
         room, needs = self._room(options, kept), [spans[id(column)] for column in kept]
         if room >= sum(need.minimum for need in needs):
             for column, width in zip(shown.columns, _widths(room, needs), strict=True):
                 column.width = width
+        else:  # nothing more may be left out: words break, but nothing is lost
+            for column in shown.columns:
+                column.overflow, column.no_wrap = "fold", False
         yield from Table.__rich_console__(shown, console, options)
         if left_out:
             yield Text(f"Too narrow to show: {', '.join(left_out)}.", style="dim")
