@@ -7,7 +7,6 @@ the number of workers nor an interruption changes a number.
 from __future__ import annotations
 
 import hashlib
-import inspect
 import json
 import time
 from collections import Counter
@@ -19,14 +18,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rich.console import Console
 
-from hazbot_gym.policies.base import make as make_policy
-from hazbot_gym.policies.learned import Learned
 from hazbot_gym.study import costs, entrants, files, provenance, records
 from hazbot_gym.study.clairvoyant import Effort
 from hazbot_gym.study.config import ScenarioSet, StudyConfig
 from hazbot_gym.study.entrants import Entrant, Job
 from hazbot_gym.study.files import LONGEST
 from hazbot_gym.study.headline import pooled_sets
+from hazbot_gym.study.inputs import Stamps
 from hazbot_gym.study.rollout import Block, run_block, try_out
 from hazbot_gym.study.summary import Summary, summarise
 from hazbot_gym.study.workers import processes
@@ -83,8 +81,9 @@ def run_study(
     waiting = entrants.jobs(study, out)
     _prepare(waiting, workers=workers, console=console)
     taking_part = entrants.entrants(study, out)
-    shards = list(plan(study, out, taking_part))
-    marks = list(plan_yardstick(study, out, taking_part))
+    stamps = Stamps(study)
+    shards = list(plan(study, out, taking_part, stamps))
+    marks = list(plan_yardstick(study, out, taking_part, stamps))
     missing = _missing([*shards, *marks], console)
     if missing:
         records.withdraw(out)  # results of an earlier state do not stand beside a new manifest
@@ -106,16 +105,19 @@ def run_study(
     return summary
 
 
-def plan(study: StudyConfig, out: Path, taking_part: list[Entrant]) -> Iterator[Shard]:
+def plan(
+    study: StudyConfig, out: Path, taking_part: list[Entrant], stamps: Stamps | None = None
+) -> Iterator[Shard]:
     """Yield the shards of a study, all policies of a scenario set next to each other.
 
     Policies of the fronts' sweeps only drive in the fronts' sets.
     """
-    everywhere, swept = _specs(taking_part, study), _specs(entrants.swept(study), study)
+    stamps = stamps or Stamps(study)
+    everywhere, swept = _specs(taking_part), _specs(entrants.swept(study))
     on_fronts = study.sets_named(study.fronts.sets) if study.fronts else ()
     for scenarios in study.all_sets:
         episodes, seed = study.episodes_in(scenarios), _seed(study, scenarios)
-        for name, spec, training_seed, stamp in (
+        for name, spec, training_seed in (
             *everywhere,
             *(swept if scenarios in on_fronts else ()),
         ):
@@ -126,23 +128,28 @@ def plan(study: StudyConfig, out: Path, taking_part: list[Entrant]) -> Iterator[
                     training_seed,
                 )  # fmt: skip
                 path = _file(out, "rows", name, scenarios, training_seed, first)
-                yield Shard(block, path, stamp)
+                values = block._replace(scenarios=None, spec="")._asdict()
+                yield Shard(block, path, stamps.of(values, scenarios, spec))
 
 
-def plan_yardstick(study: StudyConfig, out: Path, taking_part: list[Entrant]) -> Iterator[Shard]:
+def plan_yardstick(
+    study: StudyConfig, out: Path, taking_part: list[Entrant], stamps: Stamps | None = None
+) -> Iterator[Shard]:
     """Yield the shards of the best drives, few scenarios each: they take long."""
     if study.yardstick is None:
         return
     wanted = study.yardstick
     specs = tuple(each.specs[0] for each in taking_part)
-    stamp = provenance.stamp(study.tracks) + "".join(_own_source(spec) for spec in specs)
+    stamps = stamps or Stamps(study)
     effort = Effort(wanted.worlds, wanted.rounds)
     for scenarios in study.sets_named(wanted.sets):
         episodes = min(wanted.episodes, study.episodes_in(scenarios))
         for first in range(0, episodes, SCENARIOS_PER_STRETCH):
             count, seed = min(SCENARIOS_PER_STRETCH, episodes - first), _seed(study, scenarios)
             stretch = Stretch(scenarios, first, count, seed, specs, effort, study.ssm)
-            yield Shard(stretch, _file(out, "yardstick", "best drive", scenarios, first), stamp)
+            path = _file(out, "yardstick", "best drive", scenarios, first)
+            values = stretch._replace(scenarios=None, specs=())._asdict()
+            yield Shard(stretch, path, stamps.of(values, scenarios, *specs))
 
 
 def rehearse(study: StudyConfig) -> dict[str, Any]:
@@ -246,24 +253,10 @@ def _read(shard: Shard) -> pd.DataFrame:
     return rows
 
 
-def _own_source(spec: str) -> str:
-    """Return the digest of a policy's own file, trained or source; nothing for a built-in one."""
-    try:
-        policy = make_policy(spec)
-        if isinstance(policy, Learned):
-            return "+" + provenance.digest(policy.path)[:16]
-        source = Path(inspect.getfile(type(policy)))
-    except (OSError, TypeError):  # made of something that has no file
-        return ""
-    built_in = source.is_relative_to(provenance.PACKAGE)
-    return "" if built_in else "+" + provenance.digest(source)[:16]
-
-
-def _specs(taking_part: list[Entrant], study: StudyConfig) -> list[tuple[str, str, int, str]]:
-    """Return name, spec, number of the training seed and stamp of every single policy."""
-    common = provenance.stamp(study.tracks)
+def _specs(taking_part: list[Entrant]) -> list[tuple[str, str, int]]:
+    """Return name, spec and number of the training seed of every single policy."""
     return [
-        (each.name, spec, training_seed, common + _own_source(spec))
+        (each.name, spec, training_seed)
         for each in taking_part
         for training_seed, spec in enumerate(each.specs)
     ]

@@ -239,6 +239,24 @@ def test_an_edited_policy_of_ones_own_is_run_again_and_no_other(
     assert [block.policy for block in inline.blocks] == ["my_policy_under_test:Mine"] * 2
 
 
+def test_an_edited_place_is_run_again_and_no_other_set(
+    inline: type[InlinePool], tmp_path: Path
+) -> None:
+    place = tmp_path / "lab.yaml"
+    text = "{name: lab, walls: [[-2, 1.2, 14, 1.2]], path: {points: [[0, 0], [12, 0]]}}"
+    place.write_text(text)
+    sets = [{"name": "lab", "env": "hazbot_gym/Corridor-v0", "overrides": {"place": str(place)}}]
+    study = load_study(policies=["constant:1.0"], sets=["E*", *sets], episodes=2)
+    run_study(study, tmp_path / "out", workers=1)
+    before = pd.read_parquet(tmp_path / "out" / records.EPISODES)
+    place.write_text(text.replace("12", "9"))
+    told = said(lambda console: run_study(study, tmp_path / "out", workers=1, console=console))
+    assert "1 of 2 shards are done already" in told
+    assert "1 shards of other code or data are run again" in told
+    is_longer = before["time_s"] > pd.read_parquet(tmp_path / "out" / records.EPISODES)["time_s"]
+    assert is_longer.tolist() == [False, False, True, True]
+
+
 def test_a_folder_of_another_study_is_refused_and_left_alone(
     inline: type[InlinePool], parallel: Path
 ) -> None:

@@ -1,0 +1,146 @@
+"""What results depend on beyond code and values: the contents of all files that are read for them.
+
+Of an environment these are the files of its place or its recordings, and a ``config`` file. Of a
+policy of the library it is the file of its weights. A policy of one's own is made and asked once in
+a process of its own, which notes all modules outside the installed packages that are imported, and
+all files that Python opens for reading.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import site
+import sys
+import sysconfig
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hazbot_gym.policies.base import REGISTER
+from hazbot_gym.policies.base import make as make_policy
+from hazbot_gym.policies.learned import Learned
+from hazbot_gym.study import provenance
+from hazbot_gym.study.config import ScenarioSet, StudyConfig
+from hazbot_gym.study.rollout import resolve
+from hazbot_gym.study.workers import processes
+from hazbot_gym.task.inputs import input_files
+from hazbot_gym.task.observation import LAYOUTS
+
+COMPILED = (".pyc", ".nbi", ".nbc")  # caches of Python and numba, made of what is noted anyway
+SYSTEM = (Path("/dev"), Path("/proc"), Path("/sys"))
+
+Shape = tuple[int, ...]
+
+
+class Stamps:
+    """Makes stamps of units of work, of all that their numbers depend on.
+
+    That is code, versions, values, and the files that are read for environment and policies.
+    """
+
+    def __init__(self, study: StudyConfig) -> None:
+        self._common = provenance.stamp(study.tracks)
+        self._environments, tiers = {}, set()
+        for scenarios in study.all_sets:
+            config, limit = resolve(scenarios)
+            values = (config.model_dump(mode="json"), limit, mark(of_set(scenarios)))
+            self._environments[scenarios.name] = values
+            tiers.add(config.tier)
+        side_by_side = (2,) if study.engine == "batched" else ()
+        self._blanks = [(*side_by_side, LAYOUTS[tier].width) for tier in sorted(tiers)]
+        self._policies: dict[str, str] = {}
+
+    def of(self, values: Mapping[str, Any], scenarios: ScenarioSet, *specs: str) -> str:
+        """Return the stamp of what some values say, in a set, with policies."""
+        parts = [self._common, values, scenarios.model_dump(mode="json")]
+        parts += [self._environments[scenarios.name], [self._policy(spec) for spec in specs]]
+        return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:32]
+
+    def _policy(self, spec: str) -> str:
+        if spec not in self._policies:
+            self._policies[spec] = mark(of_policy(spec, self._blanks))
+        return self._policies[spec]
+
+
+def of_set(scenarios: ScenarioSet) -> list[Path]:
+    """Return the files that the environment of a set is read from.
+
+    Raises:
+        InvalidInput: There is no such environment, or one of the files cannot be used.
+    """
+    config, _ = resolve(scenarios)
+    given = scenarios.overrides.get("config")
+    return [*([Path(given)] if isinstance(given, str | Path) else []), *input_files(config)]
+
+
+def of_policy(spec: str, blanks: Iterable[Shape]) -> list[Path]:
+    """Return the files that a policy is read from.
+
+    Args:
+        spec: What ``policies.base.make`` takes.
+        blanks: Shapes of observations that it can be asked about.
+    """
+    if spec.partition(":")[0] in REGISTER:
+        policy = make_policy(spec)
+        if not isinstance(policy, Learned):
+            return []
+        if policy.path.suffix != ".zip":  # whose pickles import modules
+            return [policy.path]
+    with processes(1) as pool:  # in which nothing is imported yet
+        return [Path(name) for name in pool.submit(_noted, (spec, *blanks)).result()]
+
+
+def digests(paths: Iterable[Path]) -> dict[str, str]:
+    """Return the SHA-256 of each file's content, by its path."""
+    return {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in paths}
+
+
+def changed(before: Mapping[str, str], now: Mapping[str, str]) -> str | None:
+    """Return the first file that was added, removed or edited; None if there is none."""
+    paths = sorted(before.keys() | now.keys())
+    return next((path for path in paths if before.get(path) != now.get(path)), None)
+
+
+def mark(paths: Iterable[Path]) -> str:
+    """Return a hash of the names and contents of files; their folders may be moved."""
+    found = sorted((Path(path).name, digest) for path, digest in digests(paths).items())
+    return hashlib.sha256(repr(found).encode()).hexdigest()[:16]
+
+
+def _noted(task: tuple[Any, ...]) -> list[str]:
+    """Make a policy and ask it; return the files outside the installed packages that it used."""
+    spec, *blanks = task
+    opened: set[str] = set()
+
+    def note(event: str, arguments: tuple[Any, ...]) -> None:
+        if event == "open" and not isinstance(arguments[0], int):
+            name, _, flags = arguments
+            if not flags & (os.O_WRONLY | os.O_RDWR):
+                opened.add(os.path.abspath(os.fsdecode(name)))
+        elif event == "sqlite3.connect":
+            opened.add(os.path.abspath(os.fsdecode(arguments[0])))
+
+    sys.addaudithook(note)  # for good: the process ends after this
+    policy = make_policy(spec)
+    for blank in blanks:
+        starts = np.ones(blank[:-1] or 1, np.bool_)
+        policy.predict(np.zeros(blank, np.float32), episode_start=starts, deterministic=True)
+    modules = [getattr(module, "__file__", None) for module in list(sys.modules.values())]
+    opened.update(os.path.abspath(file) for file in modules if file)
+    return sorted(name for name in opened if _is_own(Path(name)))
+
+
+def _is_own(path: Path) -> bool:
+    """Tell whether a file belongs neither to the system nor to an installed package."""
+    if path.suffix in COMPILED or not path.is_file():
+        return False
+    paths = sysconfig.get_paths()
+    installed = [paths[name] for name in ("stdlib", "platstdlib", "purelib", "platlib")]
+    installed += [*site.getsitepackages(), site.getusersitepackages()]
+    roots = [provenance.PACKAGE, *SYSTEM, *map(Path, installed)]
+    places = (path, path.resolve())
+    return not any(each.is_relative_to(root) for each in places for root in (*roots,))
