@@ -190,6 +190,7 @@ def test_study_writes_its_files_and_shows_a_table(empty_folder: Path) -> None:
         "shards",
         "episodes.parquet",
         "summary.json",
+        "replays.parquet",
         "costs.json",
     }
 

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rich.console import Console
 
-from hazbot_gym.study import costs, entrants, files, provenance, records
+from hazbot_gym.study import costs, entrants, files, provenance, records, replays
 from hazbot_gym.study.clairvoyant import Effort
 from hazbot_gym.study.config import ScenarioSet, StudyConfig
 from hazbot_gym.study.entrants import Entrant, Job
@@ -97,10 +97,20 @@ def run_study(
     if best is not None:
         records.write_episodes(out / records.YARDSTICK, best)
     files.write_json(out / records.SUMMARY, summary)
-    if waiting or missing:
-        seconds, decisions = time.perf_counter() - began, int(rows["steps"].sum())
-        session = costs.Session(command, seconds, len(waiting), len(missing), decisions)
-        costs.note(out / records.COSTS, session)
+    replays.record(
+        study,
+        out / records.REPLAYS,
+        rows,
+        best,
+        {each.name: each.specs[0] for each in taking_part},
+        stamp=_stamp_of([*shards, *marks], out / records.EPISODES),
+        threads=workers,
+        console=console,
+    )
+    seconds, decisions = time.perf_counter() - began, int(rows["steps"].sum())
+    session = costs.Session(command, seconds, len(waiting), len(missing), decisions)
+    trainings = entrants.trainings(study, out)
+    costs.note(out / records.COSTS, trainings, session if waiting or missing else None)
     records.sweep(out)
     return summary
 
@@ -260,6 +270,12 @@ def _specs(taking_part: list[Entrant]) -> list[tuple[str, str, int]]:
         for each in taking_part
         for training_seed, spec in enumerate(each.specs)
     ]
+
+
+def _stamp_of(shards: list[Shard], episodes: Path) -> str:
+    """Return the stamp of what is made of all shards: of theirs, and of the rows."""
+    parts = [*(shard.stamp for shard in shards), provenance.digest(episodes)]
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]
 
 
 def _seed(study: StudyConfig, scenarios: ScenarioSet) -> int:

@@ -27,17 +27,42 @@ class Session(NamedTuple):
     decisions: int  # of all episodes of the study
 
 
-def note(path: Path, session: Session) -> None:
-    """Add a session to those noted before."""
-    sessions = [*read(path), {**session._asdict(), "peak_memory_gb": peak_memory_gb()}]
-    files.write_json(path, {"sessions": sessions})
+class Training(NamedTuple):
+    """What the training runs of a learner took and came to, on average over its seeds."""
+
+    name: str
+    config: str
+    seeds: int
+    decisions: int  # of each run
+    seconds: float
+    validation_return: float
 
 
-def read(path: Path) -> list[dict[str, Any]]:
-    """Return the sessions that are noted; none if there is no such file."""
+class Costs(NamedTuple):
+    """What a study took: its sessions as they were noted, and the training of its learners."""
+
+    sessions: list[dict[str, Any]]
+    trainings: list[Training]
+
+
+def note(path: Path, trainings: list[Training], session: Session | None) -> None:
+    """Note trainings, and add a session to those before, if there was something to do in it."""
+    before = read(path)
+    sessions = before.sessions
+    if session is not None:
+        sessions = [*sessions, {**session._asdict(), "peak_memory_gb": peak_memory_gb()}]
+    if Costs(sessions, trainings) != before:
+        learned = [each._asdict() for each in trainings]
+        files.write_json(path, {"sessions": sessions, "trainings": learned})
+
+
+def read(path: Path) -> Costs:
+    """Return what is noted; nothing if there is no such file."""
     if not path.exists():
-        return []
-    return list(files.read_json(path)["sessions"])
+        return Costs([], [])
+    noted = files.read_json(path)
+    learned = [Training(**each) for each in noted.get("trainings", ())]
+    return Costs(list(noted["sessions"]), learned)
 
 
 def peak_memory_gb() -> float | None:

@@ -9,7 +9,7 @@ study goes on with what is left of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,6 +18,7 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.search_spaces import SPACES
 from hazbot_gym.study import run_folder
 from hazbot_gym.study.config import Learner, StudyConfig
+from hazbot_gym.study.costs import Training
 from hazbot_gym.study.files import file_name, read_json
 from hazbot_gym.study.train_config import TrainConfig, load_training
 from hazbot_gym.utils.yaml_loader import read_yaml
@@ -108,14 +109,6 @@ def portable(found: list[Entrant], out: Path) -> dict[str, list[str]]:
     return {each.name: [spec.replace(there, here) for spec in each.specs] for each in found}
 
 
-def located(manifest: Mapping[str, Any], out: Path) -> dict[str, str]:
-    """Return the first spec of each name in a manifest, with files where the folder is now."""
-    return {
-        name: specs[0].replace(_FILE + TRAINED, _FILE + str(out / TRAINED))
-        for name, specs in manifest["entrants"].items()
-    }
-
-
 def training_of(learner: Learner, k: int) -> TrainConfig:
     """Return the training run of a learner's k-th seed.
 
@@ -129,17 +122,6 @@ def training_of(learner: Learner, k: int) -> TrainConfig:
 def folder_of(learner: Learner, k: int, out: Path) -> Path:
     """Return where the run of a learner's k-th seed is."""
     return out / TRAINED / file_name(learner.name) / str(k)
-
-
-class Training(NamedTuple):
-    """What the training runs of a learner took and came to, on average over its seeds."""
-
-    name: str
-    config: str
-    seeds: int
-    decisions: int  # of each run
-    seconds: float
-    validation_return: float
 
 
 def trainings(study: StudyConfig, out: Path) -> list[Training]:

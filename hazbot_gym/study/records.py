@@ -5,6 +5,7 @@
     OUT/episodes.parquet  all rows
     OUT/yardstick.parquet the best drives, a row for each scenario, if the study asks for them
     OUT/summary.json      means and intervals, byte for byte the same for the same study
+    OUT/replays.parquet   the drives that the report shows
     OUT/costs.json        what it took: time, memory, decisions
     OUT/report.html       all of it as a page
 
@@ -33,6 +34,7 @@ except ImportError as error:
 
 MANIFEST, SHARDS, EPISODES, SUMMARY = "manifest.json", "shards", "episodes.parquet", "summary.json"
 YARDSTICK, COSTS, REPORT = "yardstick.parquet", "costs.json", "report.html"
+REPLAYS = "replays.parquet"
 _STAMP, _CHECKSUM = b"hazbot_stamp", b"hazbot_checksum"
 
 
@@ -114,7 +116,7 @@ def join(parts: list[pd.DataFrame]) -> pd.DataFrame:
 
 def withdraw(folder: Path) -> None:
     """Remove the results of a study, but not its shards."""
-    for name in (EPISODES, YARDSTICK, SUMMARY, REPORT):
+    for name in (EPISODES, YARDSTICK, SUMMARY, REPLAYS, REPORT):
         (folder / name).unlink(missing_ok=True)
 
 

@@ -6,6 +6,7 @@ The page is drawn by the templates in ``report_page``; what they are filled with
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Mapping
 from importlib import resources
 from pathlib import Path
@@ -17,7 +18,6 @@ from hazbot_gym.envs.registration import ENVIRONMENTS
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.study import (
     costs,
-    entrants,
     files,
     records,
     report_figures,
@@ -27,9 +27,9 @@ from hazbot_gym.study import (
     report_yardstick,
 )
 from hazbot_gym.study.config import ScenarioSet, StudyConfig
-from hazbot_gym.study.entrants import Training
+from hazbot_gym.study.costs import Training
 from hazbot_gym.study.headline import groups, headline, pooled_sets
-from hazbot_gym.study.report_replays import Replay, best_drive, replay_set
+from hazbot_gym.study.report_replays import Replays, from_rows
 from hazbot_gym.study.report_style import DASHES, MARKS, Style, styles
 from hazbot_gym.study.summary import Summary
 
@@ -54,10 +54,9 @@ class Study(NamedTuple):
     manifest: Mapping[str, Any]
     summary: Summary
     rows: pd.DataFrame
-    specs: Mapping[str, str]  # what each policy is made of, of a learner its first seed
-    best: pd.DataFrame | None  # the yardstick, if the study has one
+    replays: Replays
     sessions: list[dict[str, Any]]  # what it took
-    trainings: list[Training]  # learners, if the study has any
+    trainings: list[Training]  # of learners, if the study has any
 
 
 def write_report(folder: Path) -> Path:
@@ -65,7 +64,6 @@ def write_report(folder: Path) -> Path:
 
     Raises:
         InvalidInput: the folder holds no finished study.
-        HazbotError: the episodes to be shown do not give their recorded numbers again.
     """
     page = make_page(read(folder))
     path = folder / records.REPORT
@@ -74,7 +72,7 @@ def write_report(folder: Path) -> Path:
 
 
 def read(folder: Path) -> Study:
-    """Read what a finished study has left.
+    """Read what a finished study has left; nothing that a file names is read, imported or run.
 
     Raises:
         InvalidInput: the folder holds no finished study, or one of another version.
@@ -84,21 +82,37 @@ def read(folder: Path) -> Study:
         summary = files.read_json(folder / records.SUMMARY)
         rows = records.read_episodes(folder / records.EPISODES)
         config = StudyConfig.model_validate(manifest["config"])
-        best = folder / records.YARDSTICK
-        return Study(
-            config,
-            manifest,
-            summary,
-            rows,
-            entrants.located(manifest, folder),
-            records.read_episodes(best) if best.exists() else None,
-            costs.read(folder / records.COSTS),
-            entrants.trainings(config, folder),
-        )
+        replays = from_rows(records.read_episodes(folder / records.REPLAYS))
+        study = Study(config, manifest, summary, rows, replays, *costs.read(folder / records.COSTS))
+        _check(study)
+    except files.Damaged:
+        raise
     except (OSError, ValueError, KeyError, TypeError, ValidationError) as error:
         raise InvalidInput(
-            f"folder: given {str(folder)!r}, which holds no finished study; run hazbot study first"
+            f"folder: given {str(folder)!r}, which holds no finished study of this version; run "
+            "hazbot study again with the same --out"
         ) from error
+    return study
+
+
+def _check(study: Study) -> None:
+    """Check that all files are of the same sets and policies.
+
+    Raises:
+        ValueError: they are not.
+    """
+    names, policies = set_names(study), set(study.config.names)
+    shown = set(study.config.shown_names)
+    blocks = all_blocks(study)  # KeyError where a set is missing
+    chosen = study.replays.chosen
+    scenes = itertools.chain(*chosen.values(), study.replays.beside_best.values())
+    if (
+        any(block.keys() != policies for block in blocks.values())
+        or set(study.rows["scenario_set"]) != set(names)
+        or list(chosen) != names
+        or any(scene.runs.keys() != shown for scene in scenes)
+    ):
+        raise ValueError("files of different studies")
 
 
 def make_page(study: Study) -> str:
@@ -107,16 +121,7 @@ def make_page(study: Study) -> str:
     looks = {name: everybody[name] for name in config.shown_names}
     blocks = all_blocks(study)
     first = headline(study.summary)
-    replays = {
-        scenarios.name: replay_set(
-            config,
-            scenarios,
-            rows_of(study, scenarios.name),
-            study.specs,
-            with_worst=scenarios.name in first.sets,
-        )
-        for scenarios in config.all_sets
-    }
+    replays = study.replays.chosen
     return (
         _environment()
         .get_template("page.html")
@@ -133,7 +138,7 @@ def make_page(study: Study) -> str:
             sets=[(each, describe(each)) for each in config.all_sets],
             headline=first,
             start=first.sets[0],
-            plots=make_plots(study, blocks, replays, looks),
+            plots=make_plots(study, blocks, looks),
             pictures={
                 name: report_places.picture(some, config.reference_policy)
                 for name, some in replays.items()
@@ -196,10 +201,10 @@ def all_blocks(study: Study) -> dict[str, Any]:
 def make_plots(
     study: Study,
     blocks: Mapping[str, Any],
-    replays: Mapping[str, list[Replay]],
     looks: Mapping[str, Style],
 ) -> dict[str, dict[str, Any]]:
     """Return every plot of the page: for each choice of its selector a figure."""
+    replays = study.replays.chosen
     paper = {
         scenarios.name: report_figures.PAPER_EVENTS[scenarios.overrides["scenario"]]
         for scenarios in study.config.all_sets
@@ -226,21 +231,16 @@ def make_plots(
 
 def _optional_plots(study: Study, looks: Mapping[str, Style]) -> dict[str, dict[str, Any]]:
     """Return the plots of fronts and yardstick, where the study has them."""
-    plots, best = {}, study.best
+    plots = {}
     if study.config.fronts is not None:
         plots["families"] = {
             name: report_figures.families(block) for name, block in fronts_of(study).items()
         }
-    if best is not None:
-        plots["beside"] = {}
-        for scenarios in study.config.all_sets:
-            mine = best[best["scenario_set"] == scenarios.name]
-            if len(mine):
-                rows = rows_of(study, scenarios.name)
-                found, drive = best_drive(study.config, scenarios, rows, study.specs, mine)
-                plots["beside"][scenarios.name] = report_figures.beside_the_best(
-                    found.runs, drive, looks
-                )
+    if study.replays.beside_best:
+        plots["beside"] = {
+            name: report_figures.beside_the_best(replay, looks)
+            for name, replay in study.replays.beside_best.items()
+        }
     return plots
 
 
@@ -269,7 +269,7 @@ def describe(scenarios: ScenarioSet) -> str:
     model = scenarios.overrides.get("people", {}).get("model")
     if model in RECORDED:
         return RECORDED[model]
-    text, _ = ENVIRONMENTS[scenarios.env.rpartition("/")[2]]
+    text, _ = ENVIRONMENTS.get(scenarios.env.rpartition("/")[2], (f"{scenarios.env}.", {}))
     changes = ", ".join(_changes(scenarios.overrides))
     return f"{text} Changed: {changes}." if changes else text
 

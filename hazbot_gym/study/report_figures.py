@@ -13,8 +13,8 @@ import numpy as np
 
 from hazbot_gym.core.state import Floats
 from hazbot_gym.errors import MissingExtra
-from hazbot_gym.study.episode import Episode
 from hazbot_gym.study.fronts import AXES, dominated
+from hazbot_gym.study.report_replays import Drive, Replay
 from hazbot_gym.study.report_style import GREYS, Style, styles
 
 try:
@@ -124,9 +124,10 @@ def families(block: Mapping[str, Any]) -> Figure:
     return _finish(figure)
 
 
-def beside_the_best(runs: Mapping[str, Episode], best: Episode, looks: Styles) -> Figure:
+def beside_the_best(replay: Replay, looks: Styles) -> Figure:
     """Plot speed over time for every policy, and that of the best drive as a band."""
-    figure = go.Figure()
+    figure, best = go.Figure(), replay.best
+    assert best is not None
     figure.add_scatter(
         x=best.time_s.round(2).tolist(),
         y=best.speed_mps.round(3).tolist(),
@@ -137,13 +138,14 @@ def beside_the_best(runs: Mapping[str, Episode], best: Episode, looks: Styles) -
         fillcolor=GRID,
     )
     for policy, look in looks.items():
-        _line(figure, policy, look, runs[policy].time_s, runs[policy].speed_mps, 3)
+        run = replay.runs[policy]
+        _line(figure, policy, look, run.time_s, run.speed_mps, 3)
     figure.update_xaxes(title="time [s]", rangemode="tozero")
     figure.update_yaxes(title="speed [m/s]", rangemode="tozero")
     return _finish(figure)
 
 
-def speeds(runs: Mapping[str, Episode], looks: Styles, events: tuple[Event, ...]) -> Figure:
+def speeds(runs: Mapping[str, Drive], looks: Styles, events: tuple[Event, ...]) -> Figure:
     """Plot speed over time for every policy, with the paper's events as marked lines."""
     figure = go.Figure()
     for policy, look in looks.items():
@@ -167,7 +169,7 @@ def speeds(runs: Mapping[str, Episode], looks: Styles, events: tuple[Event, ...]
     return _finish(figure, top=64)
 
 
-def distances(runs: Mapping[str, Episode], looks: Styles) -> Figure:
+def distances(runs: Mapping[str, Drive], looks: Styles) -> Figure:
     """Plot how far the robot has come over time, for every policy on one scenario."""
     figure = go.Figure()
     for policy, look in looks.items():

@@ -7,10 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hazbot_gym.core.geometry import path_length, sample_path
-from hazbot_gym.core.state import Floats, Place
-from hazbot_gym.study.episode import Episode, X, Y
-from hazbot_gym.study.report_replays import Replay
+from hazbot_gym.core.state import Floats
+from hazbot_gym.study.episode import X, Y
+from hazbot_gym.study.report_replays import Drive, Replay
 
 MARGIN_M = 2.0  # seen around the path at least
 JUMP_M = 0.5  # further than anybody walks in a decision: another person has taken the slot
@@ -38,21 +37,15 @@ class Picture(NamedTuple):
 
 def picture(replays: Sequence[Replay], policy: str) -> Picture:
     """Return the picture of a set: its first episode's place, and people in all given episodes."""
-    place = replays[0].place
+    first = replays[0]
     episodes = [replay.runs[policy] for replay in replays]
-    low, high = view(path_points(place), [positions(episode) for episode in episodes])
+    low, high = view(first.path, [positions(episode) for episode in episodes])
     return Picture(
         box=(*_round(low[0], -high[1]), *_round(*(high - low))),
-        walls=[_svg(wall.reshape(2, 2)) for wall in place.walls],
-        path=_svg(path_points(place)),
+        walls=[_svg(wall.reshape(2, 2)) for wall in first.walls],
+        path=_svg(first.path),
         episodes=[[_svg(way) for way in _some(ways(episode))] for episode in episodes],
     )
-
-
-def path_points(place: Place, step_m: float = 0.1) -> Floats:
-    """Return points (n, 2) along a place's path [m], its end included."""
-    length = path_length(place.path.view(np.recarray))
-    return sample_path(place.path, np.linspace(0.0, length, int(length / step_m) + 2))[:, :2]
 
 
 def view(path: Floats, people: Sequence[Floats]) -> tuple[Floats, Floats]:
@@ -74,7 +67,7 @@ def view(path: Floats, people: Sequence[Floats]) -> tuple[Floats, Floats]:
     )
 
 
-def ways(episode: Episode) -> list[Floats]:
+def ways(episode: Drive) -> list[Floats]:
     """Return the way (n, 2) of each person of an episode, told apart by steps too long to walk."""
     found = []
     for slot in range(episode.people.shape[1]):
@@ -92,7 +85,7 @@ def _some(found: list[Floats]) -> list[Floats]:
     return found[:: -(-len(found) // MOST_WAYS) or 1]
 
 
-def positions(episode: Episode) -> Floats:
+def positions(episode: Drive) -> Floats:
     """Return where anybody ever was, (m, 2) [m]."""
     points = episode.people[..., (X, Y)].reshape(-1, 2)
     return points[np.isfinite(points[:, 0])]

@@ -13,9 +13,9 @@ import numpy.typing as npt
 
 from hazbot_gym.core.proxemics import INTIMATE_M, PERSONAL_M, SOCIAL_M
 from hazbot_gym.core.state import PERSON_RADIUS_M, ROBOT_RADIUS_M, Floats
-from hazbot_gym.study.episode import VX, VY, Episode, X, Y
-from hazbot_gym.study.report_places import path_points, positions, view
-from hazbot_gym.study.report_replays import Replay
+from hazbot_gym.study.episode import VX, VY, X, Y
+from hazbot_gym.study.report_places import positions, view
+from hazbot_gym.study.report_replays import Drive, Replay
 
 NOBODY = 99_999  # where a slot for a person is empty, or nobody is near what is seen
 
@@ -34,13 +34,13 @@ def pack(replays: Mapping[str, Sequence[Replay]]) -> str:
 
 
 def _replay(replay: Replay) -> dict[str, Any]:
-    path = path_points(replay.place)
+    path = replay.path
     low, high = view(path, [positions(episode) for episode in replay.runs.values()])
     return {
         "number": replay.number,
         "why": replay.why,
         "box": _whole(100 * np.concatenate([low, high])).tolist(),
-        "walls": _whole(100 * replay.place.walls).tolist(),
+        "walls": _whole(100 * replay.walls).tolist(),
         "path": _whole(100 * path).tolist(),
         "runs": {
             policy: _run(episode, low - SOCIAL_M, high + SOCIAL_M)
@@ -49,7 +49,7 @@ def _replay(replay: Replay) -> dict[str, Any]:
     }
 
 
-def _run(episode: Episode, low: Floats, high: Floats) -> dict[str, Any]:
+def _run(episode: Drive, low: Floats, high: Floats) -> dict[str, Any]:
     """Pack an episode, with those people who are between two corners."""
     places = episode.people[..., (X, Y)]
     is_near = ((places > low) & (places < high)).all(axis=-1, keepdims=True)
@@ -70,7 +70,7 @@ def _run(episode: Episode, low: Floats, high: Floats) -> dict[str, Any]:
     }
 
 
-def _end(episode: Episode) -> str:
+def _end(episode: Drive) -> str:
     """Return how an episode ended, in words."""
     words = {
         "arrived": "arrived",
@@ -78,7 +78,8 @@ def _end(episode: Episode) -> str:
         "contact_wall": "touched a wall",
         "contact_person": f"contact caused by the {episode.contact_caused_by}",
     }
-    return f"{words[episode.outcome]} at {episode.time_s[-1]:.1f} s"
+    end = f"{words[episode.outcome]} at {episode.time_s[-1]:.1f} s"
+    return end if episode.is_recorded else f"{end}; not the drive that was measured"
 
 
 def steps(values: Floats) -> list[int]:

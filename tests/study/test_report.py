@@ -14,6 +14,8 @@ from hazbot_gym.study.config import ScenarioSet, StudyConfig
 from hazbot_gym.study.headline import IN_DISTRIBUTION, POOLED, headline
 from hazbot_gym.study.report_style import styles
 
+FILES = (records.MANIFEST, records.SUMMARY, records.EPISODES, records.REPLAYS, records.COSTS)
+
 
 @pytest.fixture(scope="module")
 def study(finished: Path) -> report.Study:
@@ -112,10 +114,12 @@ def test_names_from_outside_cannot_break_the_page(study: report.Study) -> None:
 
     manifest = {**study.manifest, "environments": renamed(study.manifest["environments"])}
     summary = {**study.summary, "sets": renamed(study.summary["sets"])}
-    # The name enters the seeds only when a study runs; replays take the recorded ones.
     rows = study.rows.replace({"scenario_set": {"E*": named.name}})
+    replays = study.replays._replace(chosen=renamed(study.replays.chosen))
     page = report.make_page(
-        study._replace(config=config, manifest=manifest, summary=summary, rows=rows)
+        study._replace(
+            config=config, manifest=manifest, summary=summary, rows=rows, replays=replays
+        )
     )
     assert named.name not in page
     assert named.name in plots_of(page)["front"]
@@ -124,7 +128,7 @@ def test_names_from_outside_cannot_break_the_page(study: report.Study) -> None:
 def test_the_report_is_written_beside_the_results_and_withdrawn_with_them(
     finished: Path, study: report.Study, page: str, tmp_path: Path
 ) -> None:
-    for name in (records.MANIFEST, records.SUMMARY, records.EPISODES, records.COSTS):
+    for name in FILES:
         (tmp_path / name).write_bytes((finished / name).read_bytes())
     path = report.write_report(tmp_path)
     assert path == tmp_path / "report.html"
@@ -134,11 +138,11 @@ def test_the_report_is_written_beside_the_results_and_withdrawn_with_them(
     assert not path.exists()
 
 
-@pytest.mark.parametrize("missing", [records.MANIFEST, records.SUMMARY, records.EPISODES])
+@pytest.mark.parametrize("missing", FILES[:4])
 def test_a_study_that_is_not_finished_has_no_report(
     finished: Path, missing: str, tmp_path: Path
 ) -> None:
-    for name in {records.MANIFEST, records.SUMMARY, records.EPISODES} - {missing}:
+    for name in set(FILES) - {missing}:
         (tmp_path / name).write_bytes((finished / name).read_bytes())
     with pytest.raises(InvalidInput, match="no finished study") as raised:
         report.write_report(tmp_path)

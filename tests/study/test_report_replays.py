@@ -4,18 +4,14 @@ import base64
 import json
 import zlib
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from hazbot_gym.errors import HazbotError
 from hazbot_gym.study import report, report_places, report_player
-from hazbot_gym.study.config import ScenarioSet, StudyConfig
 from hazbot_gym.study.episode import X, Y
-from hazbot_gym.study.report_replays import Replay, check, choose, replay_set
-from hazbot_gym.study.rollout import Block, run_block
+from hazbot_gym.study.report_replays import Replay, Replays, from_rows, rows_of
 
 
 @pytest.fixture(scope="module")
@@ -25,28 +21,7 @@ def study(finished: Path) -> report.Study:
 
 @pytest.fixture(scope="module")
 def replays(study: report.Study) -> list[Replay]:
-    scenarios = next(each for each in study.config.all_sets if each.name == "Crossing")
-    return replay_set(study.config, scenarios, report.rows_of(study, "Crossing"), study.specs)
-
-
-def episodes(**columns: list[float]) -> pd.DataFrame:
-    return pd.DataFrame({"episode": range(len(columns["return"])), **columns})
-
-
-def test_median_closest_and_slowest_episodes_are_chosen() -> None:
-    rows = episodes(
-        **{
-            "return": [5.0, 1.0, 3.0, 2.0],
-            "clearance_min_m": [0.5, 0.1, 0.4, np.inf],
-            "time_ratio": [1.0, 1.5, 1.2, 2.0],
-        }
-    )
-    assert choose(rows) == {3: "median and slowest", 1: "closest"}
-
-
-def test_one_episode_is_all_three() -> None:
-    rows = episodes(**{"return": [5.0], "clearance_min_m": [0.5], "time_ratio": [1.0]})
-    assert choose(rows) == {0: "median and closest and slowest"}
+    return study.replays.chosen["Crossing"]
 
 
 def test_every_policy_drives_through_the_chosen_scenarios(
@@ -56,51 +31,47 @@ def test_every_policy_drives_through_the_chosen_scenarios(
         assert list(replay.runs) == list(study.config.policies)
         starts = [run.pose[0].tolist() for run in replay.runs.values()]
         assert starts == [starts[0]] * len(starts)
+        assert replay.path[0].tolist() == pytest.approx(starts[0][:2], abs=1e-5)
+        assert len(replay.walls)
     assert "median" in replays[0].why
 
 
-def test_the_pymunk_engine_gives_the_same_episodes(
-    study: report.Study, replays: list[Replay]
-) -> None:
-    reference = study.config.model_copy(update={"engine": "pymunk"})
-    scenarios = next(each for each in study.config.all_sets if each.name == "Crossing")
-    again = replay_set(reference, scenarios, report.rows_of(study, "Crossing"), study.specs)
-    for ours, theirs in zip(replays, again, strict=True):
-        for policy, run in ours.runs.items():
-            np.testing.assert_allclose(run.pose, theirs.runs[policy].pose, atol=1e-6)
+def test_what_is_written_is_read(study: report.Study, replays: list[Replay]) -> None:
+    beside = replays[0]._replace(best=replays[0].runs["fuzzy_expert"], why="median regret")
+    some = Replays({"Crossing": replays}, {"Crossing": beside})
+    again = from_rows(pd.DataFrame(list(rows_of(some))))
+    assert [each.number for each in again.chosen["Crossing"]] == [each.number for each in replays]
+    found = again.beside_best["Crossing"]
+    assert (found.why, list(found.runs)) == ("median regret", list(beside.runs))
+    assert found.best is not None
+    for name, run in {**beside.runs, "fuzzy_expert": beside.best}.items():
+        assert run is not None
+        np.testing.assert_array_equal(found.runs[name].people, run.people)
+        np.testing.assert_array_equal(found.runs[name].pose, run.pose)
+        assert found.runs[name].outcome == run.outcome
 
 
-def test_discrete_speeds_give_the_same_episodes() -> None:
-    scenarios = ScenarioSet(
-        name="levels", env="hazbot_gym/Crossing-v0", overrides={"action_type": "discrete"}
-    )
-    study = StudyConfig(policies=("constant:0.4", "stop_on_sight"), sets=(scenarios,))
-    blocks = [Block(policy, scenarios, 0, 2, study.seed) for policy in study.policies]
-    rows = pd.DataFrame([row for block in blocks for row in run_block(block)])
-    assert set(
-        replay_set(study, scenarios, rows, dict(zip(study.names, study.names, strict=True)))[0].runs
-    ) == set(study.policies)
+def test_a_drive_without_people_is_read_as_one(replays: list[Replay]) -> None:
+    run = replays[0].runs["fuzzy_expert"]
+    alone = run._replace(people=np.empty((len(run.time_s), 0, 5)))
+    kept = replays[0]._replace(runs={"a": alone}, walls=np.empty((0, 4)))
+    (again,) = from_rows(pd.DataFrame(list(rows_of(Replays({"x": [kept]}, {}))))).chosen["x"]
+    assert again.runs["a"].people.shape == (len(run.time_s), 0, 5)
+    assert again.walls.shape == (0, 4)
 
 
-def test_an_episode_that_gives_other_numbers_is_refused_by_name(study: report.Study) -> None:
-    rows = study.rows.copy()
-    rows.loc[rows["policy"] == "stop_on_sight", "clearance_min_m"] += 0.01
-    scenarios = study.config.all_sets[0]
-    with pytest.raises(HazbotError, match="'E[*]' with 'stop_on_sight' now gives clearance_min_m"):
-        replay_set(
-            study.config, scenarios, rows[rows["scenario_set"] == scenarios.name], study.specs
-        )
+@pytest.mark.parametrize("column", ["scenario_set", "pose", "instants", "is_recorded"])
+def test_other_rows_are_refused(replays: list[Replay], column: str) -> None:
+    rows = pd.DataFrame(list(rows_of(Replays({"Crossing": replays}, {}))))
+    with pytest.raises(ValueError, match="no rows of replays"):
+        from_rows(rows.drop(columns=column))
 
 
-@pytest.mark.parametrize(
-    ("name", "value"), [("scenario_key", "8"), ("time_s", 10.1), ("contact_speed_mps", 0.0)]
-)
-def test_every_kind_of_number_is_compared(name: str, value: Any) -> None:
-    again = {"scenario_key": "7", "time_s": 10.0, "contact_speed_mps": float("nan")}
-    labels = {"episode": 0, "scenario_set": "E*", "policy": "constant"}
-    check(again, again | labels)
-    with pytest.raises(HazbotError, match=f"now gives {name}"):
-        check(again, again | labels | {name: value})
+def test_people_at_instants_beyond_the_end_are_refused(replays: list[Replay]) -> None:
+    rows = pd.DataFrame(list(rows_of(Replays({"Crossing": replays}, {}))))
+    rows["instants"] = [each + 10**6 for each in rows["instants"]]
+    with pytest.raises(ValueError, match="no rows of replays"):
+        from_rows(rows)
 
 
 def test_packed_replays_are_the_episodes_to_the_centimetre(replays: list[Replay]) -> None:
@@ -122,6 +93,14 @@ def test_packed_replays_are_the_episodes_to_the_centimetre(replays: list[Replay]
     assert is_in_view.any()
     assert is_seen[is_in_view].all()
     assert run["end"].startswith("arrived at ")
+
+
+def test_a_drive_that_was_not_measured_says_so(replays: list[Replay]) -> None:
+    runs = {name: run._replace(is_recorded=False) for name, run in replays[0].runs.items()}
+    packed = report_player.pack({"Crossing": [replays[0]._replace(runs=runs)]})
+    content = json.loads(zlib.decompress(base64.b64decode(packed)))
+    for run in content["sets"]["Crossing"][0]["runs"].values():
+        assert run["end"].endswith("; not the drive that was measured")
 
 
 def test_ways_are_broken_where_somebody_else_takes_the_slot(replays: list[Replay]) -> None:

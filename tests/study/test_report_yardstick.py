@@ -77,9 +77,7 @@ def test_only_who_is_shown_is_replayed_but_all_are_in_the_tables(page: str) -> N
 
 def test_everybodys_worst_episode_can_be_seen(study: report.Study) -> None:
     rows = report.rows_of(study, "test/Leading")
-    some = report.replay_set(
-        study.config, study.config.all_sets[1], rows, study.specs, with_worst=True
-    )
+    some = study.replays.chosen["test/Leading"]
     mine = rows[rows["policy"] == "constant:0.5"]
     worst = int(mine["episode"].loc[mine["return"].idxmin()])
     (found,) = [each for each in some if each.number == worst]

@@ -1,0 +1,284 @@
+"""Episodes to look at: chosen by how the reference policy fared, and run again for every policy.
+
+A study records them as its last step, since the choice needs all rows. The same seeds make the same
+episodes; a drive that does not give its recorded numbers again is marked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from rich.console import Console
+
+from hazbot_gym.core.geometry import path_length, sample_path
+from hazbot_gym.core.state import Floats, Place
+from hazbot_gym.policies.base import Actions, Observations, Policy
+from hazbot_gym.policies.base import make as make_policy
+from hazbot_gym.study import batch_rollout, records
+from hazbot_gym.study.config import ScenarioSet, StudyConfig
+from hazbot_gym.study.episode import Episode
+from hazbot_gym.study.headline import headline_sets
+from hazbot_gym.study.metrics import Row, measure
+from hazbot_gym.study.plans import Plan
+from hazbot_gym.study.report_replays import Drive, Replay, Replays, drive_of, rows_of
+from hazbot_gym.study.rollout import make_env, resolve, run_episode
+from hazbot_gym.task.scenario import Source
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+TOLERANCE = 1e-6  # of what an episode gives again; the engines agree as closely
+STEP_M = 0.1  # between two points of a path
+
+
+class Choice(NamedTuple):
+    """Episodes of a set that are to be replayed, by number, and why.
+
+    Attributes:
+        scenarios: The set.
+        episodes: Why each episode is worth a look, by number.
+        best: The row of the best drive of a single episode; None where none is asked for.
+    """
+
+    scenarios: ScenarioSet
+    episodes: dict[int, str]
+    best: Mapping[str, Any] | None = None
+
+
+def choices(study: StudyConfig, rows: pd.DataFrame, best: pd.DataFrame | None) -> list[Choice]:
+    """Return which episodes of a study are worth a look.
+
+    Args:
+        study: What was run.
+        rows: Of all its episodes.
+        best: Rows of the yardstick, if the study has one.
+    """
+    first = rows[rows["training_seed"] == 0]
+    _, headline = headline_sets(study)
+    found = []
+    for scenarios in study.all_sets:
+        mine = first[first["scenario_set"] == scenarios.name]
+        chosen = choose(mine[mine["policy"] == study.reference_policy])
+        if scenarios.name in headline:
+            for episode, whose in choose_worst(mine, study.shown_names).items():
+                chosen[episode] = f"{chosen[episode]}, {whose}" if episode in chosen else whose
+        found.append(Choice(scenarios, chosen))
+    return [*found, *_beside_best(study, first, best)]
+
+
+def choose(rows: pd.DataFrame) -> dict[int, str]:
+    """Return which episodes of one policy in one set are worth a look, and why, at most three.
+
+    ``median`` has the median return, ``closest`` the least clearance, ``slowest`` the largest time
+    ratio; one episode can be several of these. Where no person ever came, none is the closest.
+    """
+    by_return = rows.sort_values(["return", "episode"])
+    met, timed = rows[np.isfinite(rows["clearance_min_m"])], rows[rows["time_ratio"].notna()]
+    found = {
+        "median": by_return.iloc[[(len(rows) - 1) // 2]],
+        "closest": met.nsmallest(1, "clearance_min_m"),
+        "slowest": timed.nlargest(1, "time_ratio"),
+    }
+    reasons: dict[int, list[str]] = {}
+    for why, row in found.items():
+        for episode in row["episode"]:
+            reasons.setdefault(int(episode), []).append(why)
+    return {episode: " and ".join(whys) for episode, whys in reasons.items()}
+
+
+def choose_worst(rows: pd.DataFrame, policies: Sequence[str]) -> dict[int, str]:
+    """Return the episodes of least return of some policies in one set, and whose they are."""
+    whose: dict[int, list[str]] = {}
+    for policy in policies:
+        mine = rows[rows["policy"] == policy]
+        whose.setdefault(int(mine["episode"].loc[mine["return"].idxmin()]), []).append(policy)
+    return {episode: f"worst of {', '.join(names)}" for episode, names in whose.items()}
+
+
+def _beside_best(
+    study: StudyConfig, rows: pd.DataFrame, best: pd.DataFrame | None
+) -> Iterator[Choice]:
+    """Yield of each set with best drives the episode in which the reference's regret is median."""
+    if best is None:
+        return
+    mine = rows[rows["policy"] == study.reference_policy][["scenario_set", "episode", "return"]]
+    both = best.merge(mine, on=["scenario_set", "episode"], suffixes=("_best", ""))
+    both = both.assign(regret=both["bound"] - both["return"]).sort_values(["regret", "episode"])
+    for scenarios in study.all_sets:
+        ordered = both[both["scenario_set"] == scenarios.name]
+        if len(ordered):
+            row = ordered.iloc[(len(ordered) - 1) // 2].to_dict()
+            yield Choice(scenarios, {int(row["episode"]): "median regret"}, row)
+
+
+def record(
+    study: StudyConfig,
+    path: Path,
+    rows: pd.DataFrame,
+    best: pd.DataFrame | None,
+    specs: Mapping[str, str],
+    *,
+    stamp: str,
+    threads: int,
+    console: Console,
+) -> None:
+    """Record the replays of a study, unless they are there already.
+
+    Args:
+        study: What was run.
+        path: Of the file.
+        rows: Of all episodes.
+        best: Rows of the yardstick, if the study has one.
+        specs: What each policy is made of, by name; of a learner its first seed.
+        stamp: Of all that the drives depend on.
+        threads: That the batched engine may use.
+        console: Where it is said which policy does not repeat itself.
+    """
+    chosen = choices(study, rows, best)
+    drives = sum((len(each.episodes)) * len(study.shown_names) + bool(each.best) for each in chosen)
+    if not isinstance(records.read_rows(path, rows=drives, stamp=stamp), records.Missing):
+        return
+    found = [(each, replay(study, each, rows, specs, threads=threads)) for each in chosen]
+    for name in _unsteady(found):
+        console.print(
+            f"Replays of {name!r} are other drives than the recorded ones: it does not repeat "
+            "itself on the same scenario",
+            markup=False,
+        )
+    records.write_rows(path, list(rows_of(replays_of(found))), stamp)
+
+
+def _unsteady(found: Sequence[tuple[Choice, list[Replay]]]) -> list[str]:
+    """Return the policies with drives that are not the recorded ones."""
+    runs = [replay.runs for _, some in found for replay in some]
+    return sorted({name for each in runs for name in each if not each[name].is_recorded})
+
+
+def replay(
+    study: StudyConfig,
+    choice: Choice,
+    rows: pd.DataFrame,
+    specs: Mapping[str, str],
+    *,
+    threads: int = 1,
+) -> list[Replay]:
+    """Run chosen episodes of a set with all policies that are shown; a learner's first seed.
+
+    Args:
+        study: What was run.
+        choice: The episodes.
+        rows: What was recorded.
+        specs: What each policy is made of, by name.
+        threads: That the batched engine may use.
+    """
+    scenarios = choice.scenarios
+    wanted = rows[(rows["training_seed"] == 0) & (rows["scenario_set"] == scenarios.name)]
+    wanted = wanted[wanted["episode"].isin(choice.episodes)]
+    recorded = {(row["policy"], row["episode"]): row for row in wanted.to_dict("records")}
+    pairs = [(policy, number) for policy in study.shown_names for number in choice.episodes]
+    policies = [make_policy(specs[name]) for name in study.shown_names]
+    lead = [recorded[study.reference_policy, number] for number in choice.episodes]
+    runs: dict[int, dict[str, Drive]] = {number: {} for number in choice.episodes}
+    again = _run(study, scenarios, policies, [int(row["seed"]) for row in lead], threads)
+    for (policy, number), (episode, labels) in zip(pairs, again, strict=True):
+        before = recorded[policy, number]
+        if any(before[name] != value for name, value in labels.items()):
+            raise RuntimeError(f"episode {number} of {scenarios.name!r} is another scenario now")
+        is_recorded = gives_again(measure(episode, study.ssm), before)
+        runs[number][policy] = drive_of(episode, is_recorded=is_recorded)
+    source = Source(resolve(scenarios)[0])
+    places = [source.draw(int(row["scenario_key"])).place for row in lead]
+    best = _best_drive(choice) if choice.best else None
+    return [
+        Replay(number, why, np.array(place.walls), path_points(place), runs[number], best)
+        for (number, why), place in zip(choice.episodes.items(), places, strict=True)
+    ]
+
+
+def replays_of(found: Sequence[tuple[Choice, list[Replay]]]) -> Replays:
+    """Return the replays of all choices, by set."""
+    return Replays(
+        {choice.scenarios.name: some for choice, some in found if choice.best is None},
+        {choice.scenarios.name: some[0] for choice, some in found if choice.best is not None},
+    )
+
+
+def gives_again(now: Row, recorded: Mapping[str, Any]) -> bool:
+    """Tell whether an episode gives the numbers now that were recorded before."""
+    return all(
+        value == recorded[name]
+        if isinstance(value, str)
+        else np.isclose(value, recorded[name], rtol=TOLERANCE, atol=TOLERANCE, equal_nan=True)
+        for name, value in now.items()
+    )
+
+
+def path_points(place: Place) -> Floats:
+    """Return points (n, 2) along a place's path [m], its end included."""
+    length = path_length(place.path.view(np.recarray))
+    return sample_path(place.path, np.linspace(0.0, length, int(length / STEP_M) + 2))[:, :2]
+
+
+def _best_drive(choice: Choice) -> Drive:
+    assert choice.best is not None
+    config, limit = resolve(choice.scenarios)
+    plan, seeds = Plan(np.asarray(choice.best["actions"], float)), [int(choice.best["seed"])]
+    runs = batch_rollout.run_episodes(config, plan, seeds, limit=limit, threads=1)
+    return drive_of(next(iter(runs))[0])
+
+
+def _run(
+    study: StudyConfig,
+    scenarios: ScenarioSet,
+    policies: list[Policy],
+    seeds: list[int],
+    threads: int,
+) -> Iterator[tuple[Episode, Row]]:
+    """Run every policy over some seeds, one policy after the other."""
+    if study.engine == "pymunk":
+        env = make_env(scenarios)
+        return (run_episode(env, policy, seed) for policy in policies for seed in seeds)
+    config, limit = resolve(scenarios)
+    if config.action_type == "discrete":  # levels and speeds do not mix in one batch
+        teams = [(policy, seeds) for policy in policies]
+    else:
+        at_once = max(batch_rollout.MOST_WORLDS // len(seeds), 1)
+        parts = [policies[i : i + at_once] for i in range(0, len(policies), at_once)]
+        teams = [(_SideBySide(part, len(seeds)), seeds * len(part)) for part in parts]
+    return (
+        run
+        for team, its_seeds in teams
+        for run in batch_rollout.run_episodes(config, team, its_seeds, limit=limit, threads=threads)
+    )
+
+
+class _SideBySide:
+    """Policies that each drive some of the worlds of one batch, which is quicker than in turns."""
+
+    def __init__(self, policies: Sequence[Policy], worlds_each: int) -> None:
+        self._policies, self._worlds_each = policies, worlds_each
+
+    def predict(
+        self,
+        observation: Observations,
+        state: Any = None,
+        episode_start: npt.NDArray[np.bool_] | None = None,
+        deterministic: bool = True,
+    ) -> tuple[Actions, list[Any]]:
+        """Return the actions of all, and each policy's own inner state."""
+        actions, states = [], []
+        for i, policy in enumerate(self._policies):
+            mine = slice(i * self._worlds_each, (i + 1) * self._worlds_each)
+            action, inner = policy.predict(
+                observation[mine],
+                state=None if state is None else state[i],
+                episode_start=None if episode_start is None else episode_start[mine],
+                deterministic=deterministic,
+            )
+            actions.append(np.reshape(action, (self._worlds_each, 1)))
+            states.append(inner)
+        return np.concatenate(actions), states

@@ -1,0 +1,171 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from rich.console import Console
+
+from hazbot_gym.study import batch_rollout, records, replays, report
+from hazbot_gym.study.config import ScenarioSet, StudyConfig
+from hazbot_gym.study.replays import Choice, choices, choose, choose_worst, gives_again, replay
+from hazbot_gym.study.rollout import Block, run_block
+
+
+@pytest.fixture(scope="module")
+def study(finished: Path) -> report.Study:
+    return report.read(finished)
+
+
+def crossing(study: report.Study) -> ScenarioSet:
+    return next(each for each in study.config.all_sets if each.name == "Crossing")
+
+
+def specs(config: StudyConfig) -> dict[str, str]:
+    return dict(zip(config.names, config.names, strict=True))
+
+
+def episodes(**columns: list[float]) -> pd.DataFrame:
+    return pd.DataFrame({"episode": range(len(columns["return"])), **columns})
+
+
+def test_median_closest_and_slowest_episodes_are_chosen() -> None:
+    rows = episodes(
+        **{
+            "return": [5.0, 1.0, 3.0, 2.0],
+            "clearance_min_m": [0.5, 0.1, 0.4, np.inf],
+            "time_ratio": [1.0, 1.5, 1.2, 2.0],
+        }
+    )
+    assert choose(rows) == {3: "median and slowest", 1: "closest"}
+
+
+def test_one_episode_is_all_three() -> None:
+    rows = episodes(**{"return": [5.0], "clearance_min_m": [0.5], "time_ratio": [1.0]})
+    assert choose(rows) == {0: "median and closest and slowest"}
+
+
+def test_where_nobody_came_no_episode_is_the_closest() -> None:
+    rows = episodes(
+        **{
+            "return": [5.0, 1.0],
+            "clearance_min_m": [np.inf, np.inf],
+            "time_ratio": [np.nan, np.nan],
+        }
+    )
+    assert choose(rows) == {1: "median"}
+
+
+def test_the_worst_episode_of_each_policy_says_whose_it_is() -> None:
+    rows = pd.DataFrame(
+        {
+            "policy": ["a", "a", "b", "b"],
+            "episode": [0, 1, 0, 1],
+            "return": [3.0, 2.0, 5.0, 4.0],
+        }
+    )
+    assert choose_worst(rows, ["a", "b"]) == {1: "worst of a, b"}
+
+
+def test_worst_episodes_are_of_the_headlines_sets(study: report.Study) -> None:
+    found = {each.scenarios.name: each.episodes for each in choices(study.config, study.rows, None)}
+    assert list(found) == ["E*", "Crossing", "Corridor"]
+    assert any("worst of" in why for why in found["Crossing"].values())
+    assert not any("worst of" in why for why in found["E*"].values())
+
+
+def test_recorded_drives_are_those_of_either_engine(study: report.Study) -> None:
+    reference = study.config.model_copy(update={"engine": "pymunk"})
+    kept = study.replays.chosen["Crossing"]
+    choice = Choice(crossing(study), {each.number: each.why for each in kept})
+    again = replay(reference, choice, study.rows, specs(study.config))
+    for ours, theirs in zip(kept, again, strict=True):
+        for policy, run in ours.runs.items():
+            np.testing.assert_allclose(run.pose, theirs.runs[policy].pose, atol=1e-5)
+            assert run.is_recorded
+            assert theirs.runs[policy].is_recorded
+
+
+def test_discrete_speeds_are_replayed() -> None:
+    scenarios = ScenarioSet(
+        name="levels", env="hazbot_gym/Crossing-v0", overrides={"action_type": "discrete"}
+    )
+    study = StudyConfig(policies=("constant:0.4", "stop_on_sight"), sets=(scenarios,))
+    blocks = [Block(policy, scenarios, 0, 2, study.seed) for policy in study.policies]
+    rows = pd.DataFrame([row for block in blocks for row in run_block(block)])
+    (first, *_) = replay(study, choices(study, rows, None)[0], rows, specs(study))
+    assert set(first.runs) == set(study.policies)
+    assert all(run.is_recorded for run in first.runs.values())
+
+
+def test_more_drives_than_fit_a_batch_are_the_same(
+    study: report.Study, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(batch_rollout, "MOST_WORLDS", 5)
+    kept = study.replays.chosen["Crossing"]
+    choice = Choice(crossing(study), {each.number: each.why for each in kept})
+    for each in replay(study.config, choice, study.rows, specs(study.config)):
+        assert all(run.is_recorded for run in each.runs.values())
+
+
+class Whimsical:
+    """A policy that draws its speed, and so drives otherwise each time."""
+
+    rng = np.random.default_rng(0)
+
+    def predict(self, observation: Any, **_: Any) -> tuple[Any, None]:
+        return self.rng.uniform(-1.0, 1.0, (len(observation), 1)), None
+
+
+def test_a_policy_that_does_not_repeat_itself_is_named_and_marked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scenarios = ScenarioSet(name="Crossing", env="hazbot_gym/Crossing-v0")
+    name = f"{__name__}:Whimsical"
+    study = StudyConfig(policies=("constant:0.4", name), sets=(scenarios,))
+    blocks = [Block(policy, scenarios, 0, 2, study.seed) for policy in study.policies]
+    rows = pd.DataFrame([row for block in blocks for row in run_block(block)])
+    path = tmp_path / records.REPLAYS
+    replays.record(
+        study, path, rows, None, specs(study), stamp="1", threads=1, console=Console(width=200)
+    )
+    said = capsys.readouterr().out
+    assert name in said
+    assert "does not repeat itself" in said
+    assert "constant" not in said
+    found = report.from_rows(records.read_episodes(path))
+    for each in found.chosen["Crossing"]:
+        assert each.runs["constant:0.4"].is_recorded
+        assert not each.runs[name].is_recorded
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("outcome", "timeout"), ("time_s", 10.1), ("contact_speed_mps", 0.0)],
+)
+def test_every_kind_of_number_is_compared(name: str, value: Any) -> None:
+    now = {"outcome": "arrived", "time_s": 10.0, "contact_speed_mps": float("nan")}
+    assert gives_again(now, now)
+    assert not gives_again(now, now | {name: value})
+
+
+def test_replays_are_recorded_once(finished: Path, study: report.Study, tmp_path: Path) -> None:
+    path = tmp_path / records.REPLAYS
+
+    def record(stamp: str) -> int:
+        replays.record(
+            study.config, path, study.rows, None, specs(study.config),
+            stamp=stamp, threads=1, console=Console(quiet=True),
+        )  # fmt: skip
+        return path.stat().st_mtime_ns
+
+    before = record("1")
+    assert record("1") == before
+    assert record("2") != before
+    path.write_bytes(path.read_bytes()[:-100])
+    assert record("2") != before
+    assert report.from_rows(records.read_episodes(path)).chosen.keys() == {
+        each.name for each in study.config.all_sets
+    }
