@@ -7,12 +7,13 @@ given as a ``Config``, as a mapping of deltas on the defaults, or as a YAML file
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple, get_args
+from typing import Annotated, Any, Literal, NamedTuple, Self, get_args
 
-from annotated_types import Ge, Gt, Le
-from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+import numpy as np
+from annotated_types import Ge, Gt, Le, MaxLen
+from pydantic import BaseModel, ConfigDict, Strict, ValidationError, model_validator
 
 from hazbot_gym.core.fuzzy_pid import FuzzyPid
 from hazbot_gym.core.kinematics import Chassis
@@ -32,25 +33,65 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.utils.yaml_loader import read_yaml
 
 Family = Literal["crossing", "encountering", "leading", "confronting", "mixed"]
+Loose = Strict(False)  # a list will do for a tuple, a string for a path; what is in it is strict
+
+# No problem of this kind needs more; a misplaced digit would fill the memory or take a year.
+SMALLEST, LARGEST = 1e-12, 1e9  # of every number but 0, by its size
+MOST_PEOPLE = 64
+MOST_STEPS = 100_000  # of an episode: nearly three hours
+MOST_PHYSICS_STEPS = 1000  # of a decision
+
+Count = Annotated[int, Ge(0), Le(MOST_PEOPLE)]
 Weight = Annotated[float, Ge(0)]
-Reactions = tuple[Reaction, Reaction, Reaction, Reaction]
+Weights = Annotated[tuple[Weight, Weight, Weight, Weight], Loose]
+Reactions = Annotated[tuple[Reaction, Reaction, Reaction, Reaction], Loose]
 
 
 class Section(BaseModel):
-    """A part of the config: frozen, and without room for misspelt keys or NaN."""
+    """A part of the config: frozen, and without room for misspelt keys, NaN or other types.
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    Types are strict: ``"5"``, ``yes`` and ``true`` are no numbers, and 1.0 is no integer.
+    An integer will do for a float; ``Loose`` says where else something similar will do.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=True)
+
+    @model_validator(mode="after")
+    def _sizes_are_sane(self) -> Self:
+        for name in type(self).model_fields:
+            for field, number in _floats(name, getattr(self, name)):
+                if number != 0.0 and not SMALLEST <= abs(number) <= LARGEST:
+                    allowed = f"{SMALLEST:g} to {LARGEST:g}"
+                    raise ValueError(f"{field}: given {number!r}, allowed are sizes of {allowed}")
+        return self
+
+
+def _floats(field: str, value: Any) -> Iterator[tuple[str, float]]:
+    """Yield the floats in a field's value and their names, other sections excepted."""
+    if isinstance(value, float):
+        yield field, value
+    elif isinstance(value, dict):
+        for name, each in value.items():
+            yield from _floats(f"{field}.{name}", each)
+    elif isinstance(value, tuple | list):
+        names = getattr(value, "_fields", range(len(value)))
+        yield from _floats(field, dict(zip(names, value, strict=True)))
 
 
 class Clock(Section):
     """The three periods; each must divide the next one exactly."""
 
-    physics_s: Annotated[float, Gt(0)] = 0.01  # bodies and wheel loops (paper's loop: 10 ms)
+    physics_s: Annotated[float, Ge(1e-4)] = 0.01  # bodies and wheel loops (paper's loop: 10 ms)
     social_s: Annotated[float, Gt(0)] = 0.05  # people choose a velocity
-    decision_s: Annotated[float, Gt(0)] = 0.1  # the policy chooses a speed (SPEC section 4)
+    decision_s: Annotated[float, Gt(0), Le(10)] = 0.1  # the policy chooses a speed (SPEC section 4)
 
     @model_validator(mode="after")
     def _periods_divide(self) -> Clock:
+        if self.decision_s / self.physics_s > MOST_PHYSICS_STEPS:
+            raise ValueError(
+                f"physics_s: given {self.physics_s}, allowed are at most {MOST_PHYSICS_STEPS} "
+                f"physics steps in decision_s = {self.decision_s}"
+            )
         for small, large in (("physics_s", "social_s"), ("social_s", "decision_s")):
             ratio = getattr(self, large) / getattr(self, small)
             if ratio < 1.0 or abs(ratio - round(ratio)) > 1e-9:
@@ -123,13 +164,14 @@ class People(Section):
 
     model: Literal["scripted", "social_force", "replay", "seeded"] = "social_force"
     family: Family = "mixed"  # pattern of the first person
-    count: tuple[Annotated[int, Ge(0)], Annotated[int, Ge(0), Le(64)]] = (2, 5)  # fewest, most
-    mix: tuple[Weight, Weight, Weight, Weight] = (0.25, 0.35, 0.2, 0.2)  # others' patterns
+    count: Annotated[tuple[Count, Count], Loose] = (2, 5)  # fewest, most
+    mix: Weights = (0.25, 0.35, 0.2, 0.2)  # others' patterns
     speeds: Speeds = Speeds()
     force: SocialForce = SocialForce()
     reactions: Reactions = (ATTENTIVE, INATTENTIVE, WARY, CURIOUS)
-    reaction_shares: tuple[Weight, Weight, Weight, Weight] = (0.6, 0.2, 0.1, 0.1)
-    walkers: tuple[Walker, ...] = ()  # if given, exactly these people instead of drawn ones
+    reaction_shares: Weights = (0.6, 0.2, 0.1, 0.1)
+    # if given, exactly these people instead of drawn ones
+    walkers: Annotated[tuple[Walker, ...], Loose, MaxLen(MOST_PEOPLE)] = ()
 
     @model_validator(mode="after")
     def _is_possible(self) -> People:
@@ -183,7 +225,7 @@ class Config(Section):
     tracks: str | None = None  # file or folder of recorded people, for replay and seeded
     tier: Literal["sonar", "tracks", "privileged"] = "tracks"
     action_type: Literal["continuous", "discrete"] = "continuous"
-    max_episode_steps: Annotated[int, Gt(0)] = 600
+    max_episode_steps: Annotated[int, Gt(0), Le(MOST_STEPS)] = 600
     arrival_tolerance_m: Annotated[float, Gt(0)] = 0.05  # distance from the path's end that counts
     clock: Clock = Clock()
     drive: Drive = Drive()
@@ -302,7 +344,7 @@ def make_config(
     for layer in (preset or {}, SCENARIOS[scenario] if scenario else {}, _deltas(given), overrides):
         deltas = merge(deltas, layer)
     try:
-        return Config.model_validate(deltas)
+        return Config.model_validate(_plain(deltas))
     except ValidationError as error:
         raise InvalidInput(first_error(error)) from error
 
@@ -319,18 +361,38 @@ def _deltas(given: Config | Mapping[str, Any] | str | Path | None) -> Mapping[st
     return given or {}
 
 
+def _plain(value: Any) -> Any:
+    """Return deltas with Python's numbers in place of NumPy's, which strict types refuse."""
+    if isinstance(value, Mapping):
+        return {key: _plain(each) for key, each in value.items()}
+    if type(value) in (list, tuple):
+        return [_plain(each) for each in value]
+    return value.item() if isinstance(value, np.generic) else value
+
+
 def first_error(error: ValidationError, model: type[BaseModel] = Config) -> str:
     """Return the first of pydantic's complaints as one line: field, what was given and allowed."""
     # Of a union's complaints the deepest is the one about what was meant.
     first = max(error.errors(include_url=False), key=lambda each: len(each["loc"]))
-    location = [str(part) for part in first["loc"] if "[" not in str(part)]  # literal['A', 'B']
+    location = [
+        _shown(part).strip("'") for part in first["loc"] if "[" not in str(part)
+    ]  # literal['A', 'B']
     field = ".".join(location) or "config"
     message = first["msg"].removeprefix("Value error, ")
     if first["type"] == "value_error":
         return f"{field}: {message}"
     if first["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
         return f"{field}: unknown key{_known_keys(first['loc'], model)}"
-    return f"{field}: given {first['input']!r}, {message[0].lower()}{message[1:]}"
+    return f"{field}: given {_shown(first['input'])}, {message[0].lower()}{message[1:]}"
+
+
+def _shown(value: Any) -> str:
+    """Return a value as it is written, cut where it is long."""
+    try:
+        text = repr(value)
+    except ValueError:  # Python writes no integers of more than 4300 digits
+        return "a number of thousands of digits"
+    return text if len(text) <= 120 else f"{text[:117]}..."
 
 
 def _known_keys(location: tuple[int | str, ...], model: type[BaseModel]) -> str:

@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 from pydantic import ValidationError
@@ -13,6 +14,7 @@ from hazbot_gym.config import SCENARIOS, Clock, Config, make_config
 from hazbot_gym.errors import InvalidInput
 
 NAN, INF = math.nan, math.inf
+WALKER = {"x_m": 1.0, "y_m": 1.0, "vx_mps": 0.0, "vy_mps": 0.0}
 
 
 def complaint_about(**overrides: Any) -> str:
@@ -69,6 +71,28 @@ def test_nothing_given_is_the_default() -> None:
             "sensors.tracker.latency_steps: given 51,",
         ),
         ({"reward": {"contact": NAN}}, "reward.contact: given nan"),
+        ({"max_episode_steps": True}, "max_episode_steps: given True, input should be a valid int"),
+        ({"max_episode_steps": "20"}, "max_episode_steps: given '20', input should be a valid int"),
+        ({"max_episode_steps": 20.0}, "max_episode_steps: given 20.0, input should be a valid int"),
+        ({"max_episode_steps": 10**12}, "max_episode_steps: given 1000000000000, .* 100000"),
+        ({"max_episode_steps": 10**5000}, "max_episode_steps: given a number of thousands of dig"),
+        ({"arrival_tolerance_m": True}, "arrival_tolerance_m: given True, input should be a valid"),
+        ({"sensors": {"tracker": {"range_m": "8"}}}, "sensors.tracker.range_m: given '8', input"),
+        ({"sensors": {"ultrasonic": {"gaussian": 1}}}, "sensors.ultrasonic.gaussian: given 1, inp"),
+        ({"people": {"count": ["1", 2]}}, "people.count.0: given '1', input should be a valid int"),
+        ({"people": {"count": (10**6, 10**6)}}, "people.count.0: given 1000000, .* 64"),
+        ({"people": {"walkers": [WALKER] * 65}}, "people.walkers: .* at most 64 items"),
+        ({"place_options": {"width_m": 1e300}}, "config: place_options.width_m: given 1e.300"),
+        ({"reward": {"contact": -1e300}}, "config: reward.contact: given -1e.300, allowed are"),
+        ({"drive": {"chassis": {"r": 1e-300}}}, "drive: chassis.r: given 1e-300, allowed are si"),
+        ({"clock": {"physics_s": 1e-9}}, "clock.physics_s: given 1e-09, .* 0.0001"),
+        ({"clock": {"decision_s": 1e6}}, "clock.decision_s: given 1000000.0, .* 10"),
+        (
+            {"clock": {"physics_s": 1e-3, "decision_s": 1.5}},
+            "clock: physics_s: given 0.001, allowed are at most 1000 physics steps in decision_s",
+        ),
+        ({"a\nkey": 1}, r"a\\nkey: unknown key"),
+        ({"tier": "x" * 1000}, "tier: given 'x{116}[.]{3}, input should be"),
         ({"scenario": "E7"}, r"scenario: given 'E7', allowed are E\*, E5.5, C\*, C90"),
     ],
 )
@@ -87,7 +111,7 @@ def test_bad_value_is_one_line_with_field_value_and_what_is_allowed(
         ({"physics_s": 0.03}, "clock: physics_s must divide social_s exactly, given 0.05 / 0.03"),
         ({"social_s": 0.03}, "clock: social_s must divide decision_s exactly, given 0.1 / 0.03"),
         ({"social_s": 0.2}, "clock: social_s must divide decision_s exactly, given 0.1 / 0.2"),
-        ({"physics_s": 0.0}, "clock.physics_s: given 0.0, input should be greater than 0"),
+        ({"social_s": 0.0}, "clock.social_s: given 0.0, input should be greater than 0"),
         ({"physics_s": NAN}, "clock.physics_s: given nan, input should be a finite number"),
     ],
 )
@@ -99,6 +123,22 @@ def test_periods_that_divide_are_counted() -> None:
     clock = Clock(physics_s=0.001, social_s=0.1, decision_s=0.3)  # 0.3 / 0.1 < 3 in floats
 
     assert (clock.physics_per_social, clock.social_per_decision) == (100, 3)
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    people = {"count": (np.int64(1), np.int32(2)), "speeds": {"mean_mps": np.float32(1.5)}}
+    config = make_config(max_episode_steps=np.int64(7), people=people)
+
+    assert (config.max_episode_steps, config.people.count) == (7, (1, 2))
+    assert type(config.max_episode_steps) is int
+    assert config.people.speeds.mean_mps == 1.5
+
+
+def test_integer_will_do_for_a_float_and_a_list_for_a_tuple() -> None:
+    config = make_config(arrival_tolerance_m=1, people={"count": [1, 2], "mix": [1, 0, 0, 0]})
+
+    assert type(config.arrival_tolerance_m) is float
+    assert config.people.mix == (1.0, 0.0, 0.0, 0.0)
 
 
 def test_config_cannot_be_changed() -> None:

@@ -13,10 +13,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from annotated_types import Ge, Gt, Lt, MinLen
+from annotated_types import Ge, Gt, Le, Lt, MinLen
 from pydantic import Field, ValidationError, field_serializer, field_validator
 
-from hazbot_gym.config import Section, first_error
+from hazbot_gym.config import Loose, Section, first_error
 from hazbot_gym.envs.registration import NAMESPACE
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.knobs import sweep
@@ -28,6 +28,15 @@ from hazbot_gym.utils.yaml_loader import parse_yaml, read_yaml
 Engine = Literal["batched", "pymunk"]  # the reference is pymunk; both give the same numbers
 
 
+# Bounds that no study meets: without them a misplaced digit takes a year or all the memory.
+Episodes = Annotated[int, Ge(1), Le(1_000_000)]
+Steps = Annotated[int, Ge(1), Le(100_000_000_000)]
+Seed = Annotated[int, Ge(0), Lt(2**64)]
+Positive = Annotated[float, Gt(0)]
+Names = Annotated[tuple[str, ...], Loose]
+SomeNames = Annotated[tuple[str, ...], Loose, MinLen(1)]
+
+
 class ScenarioSet(Section):
     """A named family of scenarios: an environment, and the config values that differ in it.
 
@@ -37,8 +46,8 @@ class ScenarioSet(Section):
     name: Annotated[str, MinLen(1)]
     env: str
     overrides: dict[str, Any] = Field(default_factory=dict)
-    episodes: Annotated[int, Ge(1)] | None = None  # how many there are; None: no end of them
-    seed: Annotated[int, Ge(0)] | None = None  # root of their seeds; None: the study's
+    episodes: Episodes | None = None  # how many there are; None: no end of them
+    seed: Seed | None = None  # root of their seeds; None: the study's
 
 
 def _preset(name: str) -> ScenarioSet:
@@ -88,9 +97,11 @@ class Learner(Section):
     """A policy that a study trains itself, once for each of several seeds."""
 
     name: Annotated[str, MinLen(1)]
-    config: Path  # training file; a relative path in a study file is from where that file is
-    seeds: Annotated[int, Ge(1)] = 10  # the file's seed and those after it
-    steps: Annotated[int, Ge(1)] | None = None  # decisions in all; None: the file's
+    config: Annotated[
+        Path, Loose
+    ]  # training file; a relative path in a study file is from where that file is
+    seeds: Annotated[int, Ge(1), Le(1000)] = 10  # the file's seed and those after it
+    steps: Steps | None = None  # decisions in all; None: the file's
     changes: dict[str, Any] = Field(default_factory=dict)  # laid over the file, by section
 
     @field_validator("name")
@@ -108,20 +119,21 @@ class Learner(Section):
 class Yardstick(Section):
     """Where policies are held against the best that could have been done (``yardstick.py``)."""
 
-    sets: Annotated[tuple[str, ...], MinLen(1)]  # names of sets, or what several begin with
-    episodes: Annotated[int, Ge(1)] = 25  # of each, the first ones
-    worlds: Annotated[int, Ge(1)] = 96  # of the search where people react: plans at once,
-    rounds: Annotated[int, Ge(0)] = 50  # and how often
+    sets: SomeNames  # names of sets, or what several begin with
+    episodes: Episodes = 25  # of each, the first ones
+    # of the search where people react: plans at once,
+    worlds: Annotated[int, Ge(1), Le(10_000)] = 96
+    rounds: Annotated[int, Ge(0), Le(10_000)] = 50  # and how often
 
 
 class Fronts(Section):
     """Where families are compared over all values of their knobs (``front_summary.py``)."""
 
-    sets: Annotated[tuple[str, ...], MinLen(1)]  # names of sets, or what several begin with
-    families: tuple[str, ...] = ()  # of rules, swept as ``policies/knobs.py`` says
-    groups: dict[str, Annotated[tuple[str, ...], MinLen(1)]] = Field(default_factory=dict)
+    sets: SomeNames  # names of sets, or what several begin with
+    families: Names = ()  # of rules, swept as ``policies/knobs.py`` says
+    groups: dict[str, SomeNames] = Field(default_factory=dict)
     # Time ratio and kinetic intrusion of the corner that areas are measured to.
-    corner: tuple[Annotated[float, Gt(0)], Annotated[float, Gt(0)]] = (2.0, 0.1)
+    corner: Annotated[tuple[Positive, Positive], Loose] = (2.0, 0.1)
 
     @property
     def swept(self) -> dict[str, tuple[str, ...]]:
@@ -140,24 +152,26 @@ class Fronts(Section):
 class StudyConfig(Section):
     """All that decides the numbers of a study; how it is run (workers, folder) is not in here."""
 
-    policies: Annotated[tuple[str, ...], MinLen(1)] = DEFAULT_POLICIES
-    tuned: tuple[str, ...] = ()  # families of rules that are tuned on validation first
-    trials: Annotated[int, Ge(1)] = 50  # of each of these searches
-    trial_episodes: Annotated[int, Ge(1)] = 100  # of each trial, in every family of people
+    policies: SomeNames = DEFAULT_POLICIES
+    tuned: Names = ()  # families of rules that are tuned on validation first
+    trials: Annotated[int, Ge(1), Le(100_000)] = 50  # of each of these searches
+    trial_episodes: Episodes = 100  # of each trial, in every family of people
     trial_overrides: dict[str, Any] = Field(default_factory=dict)  # such as ``tier: sonar``
-    learners: tuple[Learner, ...] = ()  # policies that are trained first
-    shown: tuple[str, ...] = ()  # who is in the report's plots and replays; none: everybody
+    learners: Annotated[tuple[Learner, ...], Loose] = ()  # policies that are trained first
+    shown: Names = ()  # who is in the report's plots and replays; none: everybody
     fronts: Fronts | None = None
     yardstick: Yardstick | None = None
     reference: str | None = None  # policy that the others are compared with; None: the first
-    sets: Annotated[tuple[ScenarioSet, ...], MinLen(1)] = DEFAULT_SETS
-    tracks: Path | None = None  # folder of real tracks; adds the two sets among real people
-    episodes: Annotated[int, Ge(1)] = 100  # of every policy in every set that has as many
-    episodes_per_shard: Annotated[int, Ge(1)] = 250  # what an interruption may cost
+    sets: Annotated[tuple[ScenarioSet, ...], Loose, MinLen(1)] = DEFAULT_SETS
+    tracks: Annotated[Path, Loose] | None = (
+        None  # folder of real tracks; adds the two sets among real people
+    )
+    episodes: Episodes = 100  # of every policy in every set that has as many
+    episodes_per_shard: Episodes = 250  # what an interruption may cost
     engine: Engine = "batched"
-    seed: Annotated[int, Ge(0)] = 0
+    seed: Seed = 0
     confidence: Annotated[float, Gt(0), Lt(1)] = 0.95  # nominal coverage of the intervals
-    resamples: Annotated[int, Ge(100)] = 2000  # of the bootstrap
+    resamples: Annotated[int, Ge(100), Le(1_000_000)] = 2000  # of the bootstrap
     ssm: SsmThresholds = SsmThresholds()
 
     @field_serializer("ssm")
@@ -351,5 +365,7 @@ def parse_overrides(changes: Iterable[str]) -> dict[str, Any]:
             inner = inner.setdefault(group, {}) if isinstance(inner, dict) else None
         if not (equals and field and isinstance(inner, dict)):
             raise InvalidInput(f"set: cannot use {change!r}; give key=value or group.key=value")
+        if field in inner:
+            raise InvalidInput(f"set: {name} is given twice, allowed is every key once")
         inner[field] = parse_yaml(text, f"set: {name}")
     return overrides

@@ -13,14 +13,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from annotated_types import Ge, Gt, Le, MinLen
+from annotated_types import Ge, Gt, Le
 from pydantic import Field, ValidationError, ValidationInfo, field_validator
 
 from hazbot_gym.config import Config, Section, first_error, make_config
 from hazbot_gym.envs.registration import NAMESPACE
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import rollout
-from hazbot_gym.study.config import Engine, ScenarioSet
+from hazbot_gym.study.config import Engine, Names, ScenarioSet, SomeNames, Steps
 from hazbot_gym.task.observation import LAYOUTS, Layout
 from hazbot_gym.utils.yaml_loader import read_yaml
 
@@ -31,18 +31,20 @@ PUPILS = ("bc", "dagger")  # that learn from a teacher alone, never from rewards
 class Validation(Section):
     """How the best model is found: mean return over scenarios that no test uses."""
 
-    every_steps: Annotated[int, Ge(1)] = 250_000  # and as often a checkpoint
-    episodes: Annotated[int, Ge(1)] = 100  # shared out among the environments
+    every_steps: Steps = 250_000  # and as often a checkpoint
+    episodes: Annotated[int, Ge(1), Le(100_000)] = 100  # shared out among the environments
 
 
 class Imitation(Section):
     """A teacher: a start for PPO (``study/imitation.py``), all of bc and dagger (``dagger.py``)."""
 
     teacher: str = "fuzzy_expert"
-    decisions: Annotated[int, Ge(1)] = 700_000  # that are watched; of bc and dagger in each round
+    decisions: Annotated[int, Ge(1), Le(50_000_000)] = (
+        700_000  # that are watched; of bc and dagger in each round
+    )
     noise: Annotated[float, Ge(0)] = 0.2  # deviation by which actions in [-1, 1] are disturbed
-    epochs: Annotated[int, Ge(1)] = 15
-    batch_size: Annotated[int, Ge(1)] = 2048
+    epochs: Annotated[int, Ge(1), Le(100_000)] = 15
+    batch_size: Annotated[int, Ge(1), Le(50_000_000)] = 2048
     learning_rate: Annotated[float, Gt(0)] = 1e-3  # falls to nil
 
 
@@ -67,16 +69,18 @@ class TrainConfig(Section):
     """All that decides the weights of a run; where it is written is not in here."""
 
     algorithm: Algorithm = "ppo"
-    env: Annotated[tuple[str, ...], MinLen(1)] = (f"{NAMESPACE}/Corridor-v0",)
+    env: SomeNames = (f"{NAMESPACE}/Corridor-v0",)
     overrides: dict[str, Any] = Field(default_factory=dict)  # of the environments' config
-    worlds: Annotated[int, Ge(1)] = 512  # side by side, shared out among the environments
+    worlds: Annotated[int, Ge(1), Le(100_000)] = (
+        512  # side by side, shared out among the environments
+    )
     engine: Engine = "batched"
-    threads: Annotated[int, Ge(1)] = 1  # that step the worlds; no result depends on it
-    steps: Annotated[int, Ge(1)] = 3_000_000  # decisions in all
+    threads: Annotated[int, Ge(1), Le(1024)] = 1  # that step the worlds; no result depends on it
+    steps: Steps = 3_000_000  # decisions in all
     seed: Annotated[int, Ge(0), Le(2**32 - 1)] = 0
     reward_scale: Annotated[float, Gt(0)] = 0.05  # brings rewards near 1; logged returns are bare
     shaping: Literal["none", "free_drive"] = "none"  # free_drive: see study/shaping.py
-    hidden: tuple[str, ...] = ()  # fields that networks do not see (study/blinkers.py), with *
+    hidden: Names = ()  # fields that networks do not see (study/blinkers.py), with *
     timed_critic: bool = False  # whether the critic knows the time left; only for ppo
     imitation: Annotated[Imitation | None, Field(validate_default=True)] = None  # ppo, bc, dagger
     residual: Residual | None = None  # corrections of a base; for ppo and recurrent_ppo

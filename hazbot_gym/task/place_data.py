@@ -15,8 +15,9 @@ from typing import Annotated
 
 import numpy as np
 from annotated_types import Gt, MinLen
+from pydantic import Field
 
-from hazbot_gym.config import Section
+from hazbot_gym.config import Loose, Section
 from hazbot_gym.core.geometry import (
     circle_path,
     nearest_on_segment,
@@ -30,8 +31,8 @@ from hazbot_gym.errors import InvalidInput
 RUN_OUT_M = 8.0  # people come from, and walk on to, this far beyond the path's ends
 ROUTE_STEP_M = 0.5  # spacing of waypoints on a curved route
 
-Point = tuple[float, float]
-Segment = tuple[float, float, float, float]
+Point = Annotated[tuple[float, float], Loose]
+Segment = Annotated[tuple[float, float, float, float], Loose]
 
 
 class CircleData(Section):
@@ -60,9 +61,9 @@ class PlaceData(Section):
     """A place as a person would write it down."""
 
     name: str
-    walls: tuple[Segment, ...] = ()
+    walls: tuple[Segment, ...] = Field(default=(), strict=False)  # a list will do
     path: PathData
-    routes: tuple[RouteData, ...] = ()
+    routes: tuple[RouteData, ...] = Field(default=(), strict=False)
     along_room_m: Annotated[float, Gt(0)] = 0.7  # lateral room of people along the path
     run_out_m: Annotated[float, Gt(0)] = RUN_OUT_M
 

@@ -59,6 +59,21 @@ def test_equal_values_are_the_same_study_and_every_change_makes_another(tmp_path
         ({"sets": [{"name": "x"}]}, "sets.0.env", "required"),
         ({"tracks": "/no/such/folder"}, "tracks: given '/no/such/folder'", "not exist"),
         ({"engine": "steam"}, "engine: given 'steam'", "'batched' or 'pymunk'"),
+        ({"episodes": True}, "episodes: given True", "valid integer"),
+        ({"episodes": "5"}, "episodes: given '5'", "valid integer"),
+        ({"episodes": 5.0}, "episodes: given 5.0", "valid integer"),
+        ({"episodes": 10**12}, "episodes: given 1000000000000", "less than or equal to 1000000"),
+        ({"resamples": 10**12}, "resamples: given 1000000000000", "less than or equal to"),
+        ({"trials": 10**12}, "trials: given 1000000000000", "less than or equal to"),
+        ({"trial_episodes": 10**12}, "trial_episodes: given 1000000000000", "less than or equal"),
+        ({"episodes_per_shard": 10**12}, "episodes_per_shard: given", "less than or equal to"),
+        ({"seed": 2**64}, "seed: given 18446744073709551616", "less than 18446744073709551616"),
+        ({"yardstick": {"sets": ["E*"], "worlds": 10**9}}, "yardstick.worlds: given", "10000"),
+        ({"ssm": {"braking_mps2": "1"}}, "ssm.braking_mps2: given '1'", "valid number"),
+        ({"ssm": {"reaction_s": 1e300}}, "ssm.reaction_s: given 1e+300", "sizes of"),
+        ({"learners": [{"name": "a", "config": "a", "seeds": 10**6}]}, "seeds: given", "1000"),
+        ({"policies": [1]}, "policies.0: given 1", "valid string"),
+        ({"sets": [{"name": "x", "env": "x", "overrides": None}]}, "sets.0.overrides", "dict"),
         ({"confidence": 1.0}, "confidence: given 1.0", "less than 1"),
         ({"tracks": ".", "sets": [PLAYED]}, "sets: given 'real people, replay'", "tracks"),
         ({"fronts": FRONTS}, "fronts.groups: given 'ttc'", "fronts.families"),
@@ -94,6 +109,32 @@ def test_the_name_of_a_learner_must_be_that_of_a_folder(name: str) -> None:
     assert "\n" not in str(raised.value)
 
 
+@pytest.mark.parametrize("value", ["yes", "190:20:30:15", "2020-13-45", "'5'", "1e2x"])
+def test_text_that_looks_like_a_number_is_refused_in_one_line(tmp_path: Path, value: str) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text(f"episodes: {value}")
+
+    with pytest.raises(InvalidInput, match="^episodes: given '.*', input should be a valid int"):
+        load_study(file)
+
+
+@pytest.mark.parametrize("field", ["sets", "ssm", "episodes", "learners", "trial_overrides"])
+def test_section_left_empty_is_refused(tmp_path: Path, field: str) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text(f"{field}:\n")
+
+    with pytest.raises(InvalidInput, match=f"^{field}: given None, input should be a"):
+        load_study(file)
+
+
+def test_key_given_twice_is_refused_with_its_line(tmp_path: Path) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text("episodes: 3\nseed: 1\nepisodes: 4\n")
+
+    with pytest.raises(InvalidInput, match="study.yaml, line 3: key 'episodes' is given twice"):
+        load_study(file)
+
+
 @pytest.mark.parametrize("text", ["episodes: [", "- a\n- b\n", "5"])
 def test_a_file_that_is_no_mapping_is_one_line(tmp_path: Path, text: str) -> None:
     file = tmp_path / "study.yaml"
@@ -111,7 +152,22 @@ def test_overrides_nest_and_are_read_as_yaml() -> None:
     }
 
 
-@pytest.mark.parametrize("changes", [["tier"], ["=3"], ["people.=3"], ["a=1", "a.b=2"], ["a=["]])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        ["tier"],
+        ["=3"],
+        ["people.=3"],
+        ["a=1", "a.b=2"],
+        ["a=["],
+        ["a=1", "a=1"],
+        ["a.b=1", "a={b: 2}"],
+        ["a.b=1", "a={c: 2}"],
+        ["a=!!int x"],
+        ["a=1\0"],
+        ["a={b: 1, b: 2}"],
+    ],
+)
 def test_an_override_that_makes_no_sense_is_one_line(changes: list[str]) -> None:
     with pytest.raises(InvalidInput, match="set: ") as raised:
         parse_overrides(changes)

@@ -19,6 +19,15 @@ def test_a_file_holds_deltas_and_changes_go_before_it(tmp_path: Path) -> None:
     assert (environment.place, environment.max_episode_steps) == ("circle", 1000)
 
 
+@pytest.mark.parametrize("field", ["overrides", "options", "network", "validation", "env"])
+def test_section_left_empty_is_refused(tmp_path: Path, field: str) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_text(f"{field}:\n")
+
+    with pytest.raises(InvalidInput, match=f"^{field}: given None, input should be a valid"):
+        load_training(file)
+
+
 def test_equal_values_are_the_same_run_and_every_change_makes_another() -> None:
     changes: list[dict[str, Any]] = [
         {"seed": 1},
@@ -54,6 +63,15 @@ def test_worlds_are_shared_out_evenly() -> None:
             "residual: given with algorithm 'sac'",
             "'recurrent_ppo'",
         ),
+        ({"worlds": 10**9}, "worlds: given 1000000000", "less than or equal to 100000"),
+        ({"threads": 10**9}, "threads: given 1000000000", "less than or equal to 1024"),
+        ({"steps": 10**15}, "steps: given", "less than or equal to"),
+        ({"validation": {"episodes": 10**12}}, "validation.episodes: given", "100000"),
+        ({"validation": {"every_steps": 10**15}}, "validation.every_steps: given", "less than"),
+        ({"imitation": {"decisions": 10**12}}, "imitation.decisions: given", "50000000"),
+        ({"steps": "3e6"}, "steps: given '3e6'", "valid integer"),
+        ({"timed_critic": "yes"}, "timed_critic: given 'yes'", "valid boolean"),
+        ({"learning_rate": 1e-300}, "learning_rate: given 1e-300", "sizes of"),
         ({"learning_rate": "fast"}, "learning_rate: given 'fast'", "valid number"),
     ],
 )
