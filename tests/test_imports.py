@@ -52,7 +52,7 @@ HOMES = {
     "PIL": ("study.films",),
     "skfuzzy": ("policies.fuzzy_system",),
     "torch": TRAINING,
-    "stable_baselines3": ("envs.sb3", *TRAINING, "policies.from_sb3"),
+    "stable_baselines3": ("envs.sb3", "envs.sb3_singles", *TRAINING, "policies.from_sb3"),
     "sb3_contrib": ("study.algorithms", "study.training", "policies.from_sb3"),
     "pandas": ("study",),
     "pyarrow": ("study",),

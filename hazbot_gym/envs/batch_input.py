@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode
 from hazbot_gym.config import Config
 from hazbot_gym.core.state import Floats
 from hazbot_gym.envs.batch import Bools
-from hazbot_gym.envs.corridor import ACTION_ROUNDING, SPEED_LEVELS
+from hazbot_gym.envs.corridor import ACTION_ROUNDING, SPEED_LEVELS, scenario_key_of
 from hazbot_gym.errors import InvalidInput
 
 Seeds = int | Sequence[int | None] | None
@@ -58,19 +58,28 @@ def _wrong(values: Any, allowed: str) -> InvalidInput:
     return InvalidInput(f"actions: given {given}, allowed are {allowed}")
 
 
-def reset_mask_of(options: dict[str, Any] | None, worlds: int) -> Bools:
-    """Return which worlds are to be reset."""
-    unknown = set(options or {}) - {"reset_mask"}
+def reset_options_of(options: dict[str, Any] | None, worlds: int) -> tuple[Bools, list[int | None]]:
+    """Return which worlds are to be reset, and the scenario key asked for in each, if any."""
+    unknown = sorted(str(name) for name in options or {} if name not in ("key", "reset_mask"))
     if unknown:
-        raise InvalidInput(
-            f"reset options: given {', '.join(sorted(unknown))}, allowed is reset_mask"
-        )
-    if not options:
-        return np.ones(worlds, np.bool_)
-    mask = mask_of(options["reset_mask"], worlds, "reset_mask")
+        given = ", ".join(unknown)
+        raise InvalidInput(f"reset options: given {given}, allowed are key and reset_mask")
+    options = options or {}
+    mask = np.ones(worlds, np.bool_)
+    if "reset_mask" in options:
+        mask = mask_of(options["reset_mask"], worlds, "reset_mask")
     if not mask.any():
         raise InvalidInput("reset_mask: given no world, allowed is at least one")
-    return mask
+    return mask, _keys_of(options.get("key"), worlds)
+
+
+def _keys_of(given: Any, worlds: int) -> list[int | None]:
+    """Return one scenario key for each world: one number for all, or a list, None for none."""
+    is_listed = isinstance(given, list | tuple | np.ndarray)
+    keys = list(given) if is_listed else [given] * worlds
+    if len(keys) != worlds:
+        raise InvalidInput(f"reset options: given {len(keys)} keys for {worlds} worlds")
+    return [None if key is None else scenario_key_of(key) for key in keys]
 
 
 def mask_of(given: Any, worlds: int, name: str) -> Bools:

@@ -295,12 +295,16 @@ def _requested_key(options: dict[str, Any] | None, drawn: int) -> int:
     unknown = set(options or {}) - {"key"}
     if unknown:
         raise InvalidInput(f"reset options: given {', '.join(sorted(unknown))}, allowed is key")
-    key = (options or {}).get("key", drawn)
-    if not isinstance(key, int | np.integer) or not 0 <= key < 2**64:
+    return scenario_key_of((options or {}).get("key", drawn))
+
+
+def scenario_key_of(given: Any) -> int:
+    """Return a scenario's key."""
+    if not isinstance(given, int | np.integer) or not 0 <= given < 2**63:
         raise InvalidInput(
-            f"reset options: given key = {key!r}, allowed are integers from 0 to 2^64 - 1"
+            f"reset options: given key = {given!r}, allowed are integers from 0 to 2^63 - 1"
         )
-    return int(key)
+    return int(given)
 
 
 CorridorEnv.__doc__ = (

@@ -7,26 +7,38 @@ Gymnasium's SAME_STEP mode in another dress, so this file only translates.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from typing import Any
 
+import gymnasium
 import numpy as np
 import numpy.typing as npt
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode
 
 from hazbot_gym.core.state import Floats
+from hazbot_gym.envs.corridor import CorridorEnv
+from hazbot_gym.envs.registration import NAMESPACE
+from hazbot_gym.envs.sb3_singles import Functions, Singles
 from hazbot_gym.envs.vector import CorridorVectorEnv
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.task.reward import TERMS
 
 try:
+    from stable_baselines3.common.monitor import Monitor
     from stable_baselines3.common.vec_env import VecEnv
 except ImportError as error:
     raise MissingExtra("stable-baselines3", "train") from error
 
+DEFAULT_ID = f"{NAMESPACE}/Corridor-v0"
+PICTURED = 9  # worlds of a batch that a picture shows
+
 
 class CorridorVecEnv(VecEnv):
     """N corridor worlds for SB3, VecMonitor and VecNormalize.
+
+    Infos are those of single environments. ``render`` shows the first nine worlds side by side.
 
     Attributes:
         terms: (N, 7) unweighted reward terms of the last decision, in the order of ``TERMS``.
@@ -39,30 +51,66 @@ class CorridorVecEnv(VecEnv):
         (4, 48)
     """
 
-    def __init__(self, num_envs: int, *, seed: int | None = None, **arguments: Any) -> None:
-        """Make N worlds; ``arguments`` are those of ``CorridorVectorEnv``."""
+    def __init__(
+        self,
+        num_envs: int | Functions,
+        *,
+        id: str | None = None,
+        seed: int | None = None,
+        **arguments: Any,
+    ) -> None:
+        """Make N worlds.
+
+        Args:
+            num_envs: How many; or, as from ``make_vec_env``, functions that each make one of the
+                environments that the batch stands for. Their config and monitors are taken over.
+            id: A registered environment, such as ``hazbot_gym/Crossing-v0``.
+            seed: World i is seeded by ``seed + i`` at the first reset.
+            **arguments: Those of ``CorridorVectorEnv``.
+
+        Raises:
+            InvalidInput: A value cannot be used; one line says which and what is allowed.
+        """
+        self._singles = Singles(num_envs) if isinstance(num_envs, list | tuple) else None
+        spec = _spec_of(id or DEFAULT_ID)
+        if self._singles:
+            if id is not None:
+                raise InvalidInput(f"id: given {id!r} and functions of environments, allowed: one")
+            spec = self._singles.spec or spec
+            given = {"config": self._singles.config, "render_mode": self._singles.render_mode}
+            num_envs, arguments = len(num_envs), {**given, **arguments}
+        elif id is not None:
+            horizon = {"max_episode_steps": spec.max_episode_steps}
+            arguments = {**spec.kwargs, **horizon, **arguments}
         self.worlds = CorridorVectorEnv(
             num_envs, autoreset_mode=AutoresetMode.SAME_STEP, **arguments
         )
-        self.render_mode = None
-        self._seed_next = seed
+        spec.max_episode_steps = self.worlds.config.max_episode_steps
+        spec.kwargs = {"config": self.worlds.config.model_dump(mode="json")}
+        self.spec = spec
         self._actions: npt.NDArray[Any] | None = None
         self.terms, self.costs = np.zeros((num_envs, len(TERMS))), np.zeros(num_envs)
-        super().__init__(
-            num_envs, self.worlds.single_observation_space, self.worlds.single_action_space
-        )
+        actions = self.worlds.single_action_space
+        if self._singles and self._singles.action_space == actions:
+            actions = self._singles.action_space  # make_vec_env has seeded it
+        super().__init__(num_envs, self.worlds.single_observation_space, actions)
+        self.metadata = CorridorEnv.metadata | {"render_fps": self.worlds.metadata["render_fps"]}
+        if seed is not None:
+            self.seed(seed)
 
     def reset(self) -> npt.NDArray[np.float32]:
-        """Start new episodes in all worlds; a seed is used once."""
-        observations, info = self.worlds.reset(seed=self._seed_next)
-        self._seed_next = None
-        self.reset_infos = [_reset_info(info, i) for i in range(self.num_envs)]
+        """Start new episodes in all worlds; seeds and options are used once."""
+        options = None
+        if any(self._options):
+            options = _common(self._options)
+        observations, info = self.worlds.reset(seed=self._seeds, options=options)
+        self._reset_seeds()
+        self._reset_options()
+        if self._singles:
+            self._singles.reset()
+        self.reset_infos = _by_world(info)
+        self._starts = [_running(start) for start in self.reset_infos]
         return observations
-
-    def seed(self, seed: int | None = None) -> Sequence[int | None]:
-        """Seed the worlds at the next reset: world i with ``seed + i``."""
-        self._seed_next = seed
-        return [None if seed is None else seed + i for i in range(self.num_envs)]
 
     def step_async(self, actions: npt.NDArray[Any]) -> None:
         """Note the actions."""
@@ -72,26 +120,46 @@ class CorridorVecEnv(VecEnv):
         """Take one decision in every world."""
         observations, rewards, terminated, truncated, info = self.worlds.step(self._actions)
         ended = terminated | truncated
+        ends = np.flatnonzero(ended)
         self.terms, self.costs = _decision_of(info)
-        infos: list[dict[str, Any]] = [{"cost": cost} for cost in self.costs.tolist()]
-        for i in np.flatnonzero(ended):
-            last = info["final_info"]
-            infos[i] |= {
-                "terminal_observation": info["final_obs"][i],
-                "outcome": last["outcome"][i],
-                "reward_terms": {name: float(last["reward_terms"][name][i]) for name in TERMS},
-                "TimeLimit.truncated": bool(truncated[i]),
-            }
-            self.reset_infos[i] = _reset_info(info, i)
+        infos = self._infos(info["time_s"])
+        if len(ends):
+            fresh = _by_world(info, ends)
+            last = _by_world(info["final_info"], ends)
+            for i, start, end in zip(ends, fresh, last, strict=True):
+                self.reset_infos[i], self._starts[i] = start, _running(start)
+                infos[i] = end | {"TimeLimit.truncated": bool(truncated[i])}
+        if self._singles:
+            self._singles.note(rewards, terminated, truncated, infos)
+        for i in ends:
+            infos[i]["terminal_observation"] = info["final_obs"][i]
         return observations, rewards.astype(np.float32), ended, infos
 
+    def _infos(self, time_s: Floats) -> list[dict[str, Any]]:
+        """Return the infos of worlds that go on: as at their resets, but for what has changed."""
+        blank = [dict.fromkeys(TERMS)] * self.num_envs
+        terms = _filled(blank, dict(zip(TERMS, self.terms.T.tolist(), strict=True)))
+        changed = {"time_s": time_s.tolist(), "reward_terms": terms, "cost": self.costs.tolist()}
+        return _filled(self._starts, changed)
+
     def close(self) -> None:
-        """Release the threads."""
+        """Release the threads, and close the monitors' files; closing twice does no harm."""
         self.worlds.close()
+        if self._singles:
+            self._singles.close()
+
+    def get_images(self) -> Sequence[npt.NDArray[np.uint8] | None]:
+        """Return pictures (H, W, 3) of the first nine worlds, with ``render_mode="rgb_array"``."""
+        return self.worlds.pictures(range(min(self.num_envs, PICTURED))) or []
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-        """Return an attribute of the worlds, the same for each of them."""
-        return [getattr(self.worlds, attr_name) for _ in self._get_indices(indices)]
+        """Return an attribute of some worlds, as their single environments have it."""
+        is_mine = attr_name in ("observation_space", "action_space", "metadata", "spec")
+        value = getattr(self if is_mine else self.worlds, attr_name)
+        if callable(value):
+            raise AttributeError(f"{attr_name}: there are no single environments behind a batch")
+        is_listed = attr_name in ("np_random", "np_random_seed") and isinstance(value, tuple)
+        return [value[i] if is_listed else value for i in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
         """Refuse: the worlds share one config, which is frozen."""
@@ -102,8 +170,29 @@ class CorridorVecEnv(VecEnv):
         raise InvalidInput(f"env_method: given {method_name!r}, there are no single environments")
 
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
-        """Tell that no world is wrapped."""
-        return [False for _ in self._get_indices(indices)]
+        """Tell whether worlds are wrapped: in a ``Monitor`` if their functions said so."""
+        is_monitored = self._singles is not None and bool(self._singles.monitors)
+        is_wrapped = is_monitored and issubclass(Monitor, wrapper_class)
+        return [is_wrapped for _ in self._get_indices(indices)]
+
+
+def _spec_of(env_id: str) -> EnvSpec:
+    """Return a copy of what is registered by an id, which must be one of this package's kind."""
+    try:
+        spec = gymnasium.spec(env_id)
+    except gymnasium.error.Error as error:
+        raise InvalidInput(f"id: given {env_id!r}, which is not registered") from error
+    if spec.vector_entry_point != gymnasium.spec(DEFAULT_ID).vector_entry_point:
+        raise InvalidInput(f"id: given {env_id!r}, allowed are ids of {NAMESPACE}")
+    return copy.deepcopy(spec)
+
+
+def _common(options: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the options of all worlds as those of a batch."""
+    unknown = sorted({str(name) for each in options for name in each if name != "key"})
+    if unknown:
+        raise InvalidInput(f"reset options: given {', '.join(unknown)}, allowed is key")
+    return {"key": [each.get("key") for each in options]}
 
 
 def _decision_of(info: dict[str, Any]) -> tuple[Floats, Floats]:
@@ -113,9 +202,25 @@ def _decision_of(info: dict[str, Any]) -> tuple[Floats, Floats]:
     return terms, sum(teller["cost"] for teller in tellers)
 
 
-def _reset_info(info: dict[str, Any], i: int) -> dict[str, Any]:
-    return {
-        "scenario_key": int(info["scenario_key"][i]),
-        "place": info["place"][i],
-        "time_free_s": float(info["time_free_s"][i]),
-    }
+def _by_world(info: dict[str, Any], which: Any = slice(None)) -> list[dict[str, Any]]:
+    """Return the infos of some worlds, one for each, as single environments tell them."""
+    names = [name for name in info if not name.startswith(("_", "final_"))]
+    columns = [
+        _by_world(info[name], which) if isinstance(info[name], dict) else info[name][which].tolist()
+        for name in names
+    ]
+    return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
+
+
+def _running(start: dict[str, Any]) -> dict[str, Any]:
+    """Return what a world tells while its episode goes on, from what its reset told."""
+    return start | {"TimeLimit.truncated": False}
+
+
+def _filled(blank: list[dict[str, Any]], columns: dict[str, list[Any]]) -> list[dict[str, Any]]:
+    """Return copies with a value of each column in them: the fastest way to many dictionaries."""
+    filled = [each.copy() for each in blank]
+    for name, column in columns.items():
+        for each, value in zip(filled, column, strict=True):
+            each[name] = value
+    return filled

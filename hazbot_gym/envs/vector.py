@@ -7,9 +7,7 @@ engines together.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -31,9 +29,10 @@ from hazbot_gym.envs.batch_input import (
     count_of,
     generator_of,
     mask_of,
-    reset_mask_of,
+    reset_options_of,
     seeds_of,
 )
+from hazbot_gym.envs.batch_viewer import BatchViewer
 from hazbot_gym.envs.corridor import spaces_of
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.batch import GROUP, allocate, mechanics
@@ -45,6 +44,7 @@ from hazbot_gym.task.outcome import DECISION, RUNNING, TIMEOUT, Rules
 from hazbot_gym.task.reward import TERMS
 from hazbot_gym.task.scenario import Source
 from hazbot_gym.utils import processors
+from hazbot_gym.utils.threads import Threads
 
 SMALLEST_BLOCK = 32  # worlds for which a thread is worth waking
 KEYS_AHEAD = 16  # scenario keys drawn in advance for each world
@@ -71,7 +71,11 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         (4, 48)
     """
 
-    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
+    metadata: dict[str, Any] = {  # noqa: RUF012
+        "render_modes": ["rgb_array"],
+        "render_fps": 10,
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
+    }
 
     def __init__(
         self,
@@ -96,7 +100,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             max_episode_steps: Decisions allowed, at most the config's if one is given; the
                 config's if None. ``make_vec`` passes the registered horizon.
             autoreset_mode: What follows the end of an episode.
-            render_mode: None; there is no picture of a batch.
+            render_mode: "rgb_array" for pictures by ``render``, one of each world.
             threads: How many to use, one for each usable processor if None; no result depends on
                 it.
             **overrides: Fields of the config.
@@ -108,8 +112,6 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         self._thread_count = count_of(
             processors.usable() if threads is None else threads, "threads"
         )
-        if render_mode is not None:
-            raise InvalidInput(f"render_mode: given {render_mode!r}, allowed here is None")
         self.config = make_config(config, preset=preset, scenario=scenario, **overrides)
         if max_episode_steps is not None:
             if config is not None:
@@ -117,14 +119,21 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             self.config = make_config(self.config, max_episode_steps=max_episode_steps)
         self.render_mode = render_mode
         self.autoreset_mode = autoreset_mode_of(autoreset_mode)
-        self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
+        self.metadata = {
+            **self.metadata,
+            "autoreset_mode": self.autoreset_mode,
+            "render_fps": 1.0 / self.config.clock.decision_s,
+        }
         self.single_observation_space, self.single_action_space = spaces_of(self.config)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._threads: ThreadPoolExecutor | None = None
-        self._threads_pid = 0  # the process that they run in
+        self._threads = Threads(max(self._thread_count - 1, 1))
         self._generators: list[np.random.Generator] = []
         self._allocate()
+        self._viewer = None
+        if render_mode is not None:
+            places = self._problem.table.places
+            self._viewer = BatchViewer(render_mode, self.config, self.num_envs, places)
 
     def _allocate(self) -> None:
         config, n = self.config, self.num_envs
@@ -175,13 +184,24 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
     def reset(
         self, *, seed: Seeds = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
-        """Start new episodes: everywhere, or where ``options={"reset_mask": (N,) bool}`` says."""
-        mask, seeds = reset_mask_of(options, self.num_envs), seeds_of(seed, self.num_envs)
-        self._seed(seeds, mask)
+        """Start new episodes.
+
+        Args:
+            seed: As for Gymnasium's own vector environments.
+            options: ``{"reset_mask": (N,) bool}`` for some worlds only; ``{"key": k}`` for the
+                scenario of that key, a list for one in each world.
+        """
+        mask, keys = reset_options_of(options, self.num_envs)
+        self._seed(seeds_of(seed, self.num_envs), mask)
         self._refill(mask & (self._episodes.used >= KEYS_AHEAD))
+        for i in np.flatnonzero(mask):
+            if keys[i] is not None:  # instead of the one drawn, as CorridorEnv does
+                self._episodes.keys[i, self._episodes.used[i]] = keys[i]
         self._episodes.is_over[mask] = True
         self._run(mask, np.zeros(self.num_envs))
         self._scenarios = self._met(mask)
+        if self._viewer:
+            self._viewer.see(self._worlds, self._outputs, mask, fresh=mask)
         info = world_info(
             self._outputs, self._scenarios, self.config.clock.decision_s, told=mask, fresh=mask
         )
@@ -208,6 +228,8 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         ended, truncated = outcome != RUNNING, outcome == TIMEOUT
         is_same_step = self.autoreset_mode == AutoresetMode.SAME_STEP
         fresh, decision_s = ended if is_same_step else due, self.config.clock.decision_s
+        if self._viewer:
+            self._viewer.see(self._worlds, self._outputs, mask, fresh=fresh & mask)
         finished, self._scenarios = self._scenarios, self._met(fresh & mask)
         info = world_info(self._outputs, self._scenarios, decision_s, told=everyone, fresh=fresh)
         if is_same_step and ended.any():
@@ -219,8 +241,17 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
 
     def state(self) -> State:
         """Return the true state of all worlds, for metrics."""
-        time_s = np.round(self._worlds.steps * self.config.clock.decision_s, 9)
-        return State(time_s, self._worlds.robots.copy(), self._worlds.people.copy())
+        return State(self._times_s(), self._worlds.robots.copy(), self._worlds.people.copy())
+
+    def render(self) -> tuple[npt.NDArray[np.uint8], ...] | None:
+        """Return a picture (H, W, 3) of each world, all of one size; None without a render mode."""
+        return self.pictures(range(self.num_envs))
+
+    def pictures(self, which: range) -> tuple[npt.NDArray[np.uint8], ...] | None:
+        """Return what ``render`` returns, of some worlds only."""
+        if self._viewer is None:
+            return None
+        return self._viewer.pictures(self._worlds, self._times_s(), which)
 
     def places(self) -> npt.NDArray[np.object_]:
         """Return what each world's place, or recording, is called (N,)."""
@@ -232,15 +263,13 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
 
     def close_extras(self, **kwargs: Any) -> None:
         """Stop the threads; closing twice does no harm."""
-        if self._threads is not None and self._threads_pid == os.getpid():
-            self._threads.shutdown()
-        self._threads = None
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Return what is pickled: everything but the threads."""
-        return {**self.__dict__, "_threads": None}
+        self._threads.close()
 
     # --- inside ----------------------------------------------------------------------------------
+
+    def _times_s(self) -> Floats:
+        """Return the time since each world's reset (N,) [s]."""
+        return np.round(self._worlds.steps * self.config.clock.decision_s, 9)
 
     def _run(self, mask: Bools, commands: Floats) -> None:
         """Run the kernel over the worlds of the mask, a block of them on each thread.
@@ -258,19 +287,12 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             self._outputs,
         )
         jobs = [
-            self._workers().submit(run_worlds, *block, *arguments, *bench)
+            self._threads.submit(run_worlds, *block, *arguments, *bench)
             for block, bench in zip(self._blocks[1:], self._benches[1:], strict=True)
         ]
         run_worlds(*self._blocks[0], *arguments, *self._benches[0])
         for job in jobs:
             job.result()
-
-    def _workers(self) -> ThreadPoolExecutor:
-        """Return this process's threads; a forked child inherits none that run."""
-        if self._threads is None or self._threads_pid != os.getpid():
-            self._threads = ThreadPoolExecutor(self._thread_count - 1)
-            self._threads_pid = os.getpid()
-        return self._threads
 
     def _free_times_of(self, places: npt.NDArray[np.int64]) -> Floats:
         """Return how long the paths of some places take alone at full speed [s]."""

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from hazbot_gym.config import Config
 from hazbot_gym.core.kinematics import castor_angle
-from hazbot_gym.core.state import Floats
+from hazbot_gym.core.state import Floats, Place, Record
 from hazbot_gym.envs.frame import Frame
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.world import World
@@ -61,30 +61,24 @@ class Viewer:
             terms: (7,) unweighted reward terms of the decision.
             outcome: How the episode ended, or "" while it runs.
         """
-        state, omega = world.snapshot(), float(world.robots["omega"][0])
-        if abs(state.speed_mps) > MOVING_MPS:  # the castor of a standing robot stays as it is
-            radius_m = state.speed_mps / omega if omega else math.inf
-            self._castor_rad = castor_angle(radius_m, self._config.drive.chassis)
+        robot = world.robots[0]
+        if abs(robot["v"]) > MOVING_MPS:  # the castor of a standing robot stays as it is
+            self._castor_rad = castor_of(robot["v"], robot["omega"], self._config)
         weighted = terms * self._weights
         self._total_reward += float(weighted.sum())
-        self._trail.append((state.x, state.y))
-        self._frame = Frame(
-            place=world.place,
-            x_m=state.x,
-            y_m=state.y,
-            theta_rad=state.theta,
+        self._trail.append((float(robot["x"]), float(robot["y"])))
+        self._frame = frame_of(
+            self._config,
+            world.place,
+            robot,
             people=world.people.copy(),
             patterns=patterns,
             ranges_m=ranges_m.copy(),
-            sonar=self._config.sensors.ultrasonic,
             trail=np.array(self._trail),
             castor_rad=self._castor_rad,
-            speed_mps=state.speed_mps,
-            command_mps=state.command_mps,
-            top_speed_mps=self._config.drive.nominal_speed_mps,
             terms=dict(zip(TERMS, weighted.tolist(), strict=True)),
             total_reward=self._total_reward,
-            time_s=state.time_s,
+            time_s=world.time_s,
             outcome=outcome,
         )
         if self._mode == "human":
@@ -123,3 +117,23 @@ class Viewer:
 
             self._painter = Painter(self._frame.place)
         return self._painter.paint(self._frame)
+
+
+def castor_of(speed_mps: float, omega: float, config: Config) -> float:
+    """Return the castor's angle [rad] of a robot that drives and turns [rad/s]."""
+    return castor_angle(speed_mps / omega if omega else math.inf, config.drive.chassis)
+
+
+def frame_of(config: Config, place: Place, robot: Record, **others: Any) -> Frame:
+    """Return what a picture shows; ``others`` are the fields of ``Frame`` not known from these."""
+    return Frame(
+        place=place,
+        x_m=float(robot["x"]),
+        y_m=float(robot["y"]),
+        theta_rad=float(robot["theta"]),
+        speed_mps=float(robot["v"]),
+        command_mps=float(robot["command"]),
+        sonar=config.sensors.ultrasonic,
+        top_speed_mps=config.drive.nominal_speed_mps,
+        **others,
+    )

@@ -305,7 +305,7 @@ def test_the_reflex_does_not_wait_for_a_late_command() -> None:
 
 
 @pytest.mark.parametrize(
-    "options", [{"kye": 1}, {"key": -1}, {"key": 2**64}, {"key": 1.5}, {"key": "one"}], ids=str
+    "options", [{"kye": 1}, {"key": -1}, {"key": 2**63}, {"key": 1.5}, {"key": "one"}], ids=str
 )
 def test_a_reset_option_that_cannot_be_used_gets_one_line(options: dict[str, Any]) -> None:
     env = make()

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import copy
 import pickle
 from typing import Any
 
+import gymnasium
 import numpy as np
 import pytest
 import torch
+from gymnasium.envs.registration import EnvSpec
 from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.evaluation import evaluate_policy
-from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
+from stable_baselines3.common.monitor import Monitor
+from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize
 
 from hazbot_gym.core.state import Floats
 from hazbot_gym.envs.corridor import CorridorEnv
@@ -50,7 +54,7 @@ def test_a_step_returns_what_stable_baselines_expects() -> None:
         assert isinstance(infos, list)
         assert len(infos) == WORLDS
         for done, info in zip(dones, infos, strict=True):
-            assert done == ("terminal_observation" in info) == ("outcome" in info)
+            assert done == ("terminal_observation" in info) == (info["outcome"] != "running")
 
 
 def test_every_world_does_what_its_single_environment_does() -> None:
@@ -75,6 +79,45 @@ def test_every_world_does_what_its_single_environment_does() -> None:
                 observation, _ = env.reset()
             assert observations[i] == pytest.approx(observation, abs=1e-6)
     assert {"contact_person", "timeout"} <= set(ends)
+
+
+def test_infos_are_those_of_stable_baselines_own_loop() -> None:
+    batch = CorridorVecEnv(WORLDS, **LIVELY)
+    loop = DummyVecEnv(WORLDS * [lambda: CorridorEnv(**LIVELY)])
+    ends = 0
+    for envs in (batch, loop):
+        envs.seed(6)
+        envs.reset()
+    assert_alike(batch.reset_infos, loop.reset_infos)
+    for action in actions():
+        (*_, dones, infos), (*_, told) = batch.step(action), loop.step(action)
+        assert_alike(infos, told)
+        assert_alike(batch.reset_infos, loop.reset_infos)
+        ends += dones.sum()
+    assert ends > 4
+
+
+def assert_alike(infos: list[dict[str, Any]], others: list[dict[str, Any]]) -> None:
+    """Check that infos are equal in keys, types and, but for rounding, values."""
+    for info, other in zip(infos, others, strict=True):
+        assert {key: type(value) for key, value in info.items()} == {
+            key: type(value) for key, value in other.items()
+        }
+        for key, value in other.items():
+            is_exact = isinstance(value, str | int)
+            assert info[key] == (value if is_exact else pytest.approx(value, abs=1e-6)), key
+
+
+def test_infos_that_are_changed_change_nothing_else() -> None:
+    envs = CorridorVecEnv(2, seed=0)
+    envs.reset()
+    envs.reset_infos[0].clear()
+    *_, infos = envs.step(np.zeros((2, 1)))
+    expected = copy.deepcopy(infos[1])
+    infos[0]["reward_terms"].clear()
+    infos[0].clear()
+    assert infos[1] == expected
+    assert set(envs.step(np.zeros((2, 1)))[-1][0]) == set(expected)
 
 
 def test_reset_infos_tell_of_the_episode_that_runs_now() -> None:
@@ -132,7 +175,7 @@ def test_ppo_adds_the_value_of_the_last_observation_where_time_ran_out_only() ->
                 truncated += 1
             else:
                 assert added == 0.0
-                terminated += "outcome" in info
+                terminated += info["outcome"] != "running"
     assert truncated > 2
     assert terminated > 2
 
@@ -213,6 +256,7 @@ def test_the_same_seed_trains_the_same_model() -> None:
 def test_a_seed_is_used_once_and_reproduces() -> None:
     envs = CorridorVecEnv(3)
     assert list(envs.seed(7)) == [7, 8, 9]
+    assert all(isinstance(seed, int) for seed in CorridorVecEnv(3).seed(None))
     first, second = envs.reset(), envs.reset()
     assert not np.array_equal(first, second)
     envs.seed(7)
@@ -232,11 +276,59 @@ def test_a_pickled_batch_goes_on_alike() -> None:
         assert all(np.array_equal(mine, others) for mine, others in zip(one, other, strict=True))
 
 
-def test_attributes_are_read_and_nothing_single_can_be_changed_or_called() -> None:
-    envs = CorridorVecEnv(3)
+def test_options_are_used_once_in_all_worlds_or_in_each() -> None:
+    envs = CorridorVecEnv(3, seed=0)
+    envs.set_options({"key": 7})
+    envs.reset()
+    assert [info["scenario_key"] for info in envs.reset_infos] == [7, 7, 7]
+    envs.set_options([{"key": 1}, {}, {"key": 3}])
+    envs.reset()
+    keys = [info["scenario_key"] for info in envs.reset_infos]
+    assert (keys[0], keys[2]) == (1, 3)
+    assert keys[1] not in (1, 3, 7)
+    envs.reset()
+    assert not {info["scenario_key"] for info in envs.reset_infos} & {1, 3, 7, keys[1]}
+    loop = DummyVecEnv([CorridorEnv])
+    loop.set_options({"key": 7})
+    envs.set_options({"key": 7})
+    assert envs.reset()[0] == pytest.approx(loop.reset()[0], abs=1e-6)
+    for bad, complaint in (
+        ({"kye": 7}, "reset options: given kye, allowed is key"),
+        ({"key": -7}, "reset options: given key = -7, allowed"),
+        ([{"key": 7}], "reset options: given 1 keys for 3 worlds"),
+    ):
+        envs.set_options(bad)
+        with pytest.raises(InvalidInput, match=complaint):
+            envs.reset()
+
+
+def test_attributes_are_those_of_single_environments() -> None:
+    envs, single = CorridorVecEnv(3, tier="sonar"), CorridorEnv(tier="sonar")
     assert envs.get_attr("num_envs") == [3, 3, 3]
     assert envs.get_attr("render_mode", [0, 2]) == [None, None]
-    assert envs.env_is_wrapped(VecMonitor) == [False, False, False]
+    for name in ("observation_space", "action_space", "config", "metadata"):
+        assert envs.get_attr(name, 1) == [getattr(single, name)]
+    for name in ("action_masks", "reset", "state", "places"):
+        assert not envs.has_attr(name)
+    spec = envs.get_attr("spec")[0]
+    again = gymnasium.make(EnvSpec.from_json(spec.to_json())).unwrapped
+    assert (spec.id, again.config) == ("hazbot_gym/Corridor-v0", single.config)
+
+
+def test_an_environment_is_named_by_its_id() -> None:
+    envs = CorridorVecEnv(2, id="hazbot_gym/Circle-v0", tier="sonar", seed=5)
+    env = gymnasium.make("hazbot_gym/Circle-v0", tier="sonar")
+    assert envs.reset()[0] == pytest.approx(env.reset(seed=5)[0], abs=1e-6)
+    assert envs.get_attr("config") == 2 * [env.unwrapped.config]
+    assert envs.get_attr("spec")[0].id == "hazbot_gym/Circle-v0"
+    for bad in ("hazbot_gym/Circus-v0", "CartPole-v1", "nowhere/X-v0"):
+        with pytest.raises(InvalidInput, match=f"^id: given '{bad}'"):
+            CorridorVecEnv(2, id=bad)
+
+
+def test_nothing_single_can_be_changed_or_called() -> None:
+    envs = CorridorVecEnv(3)
+    assert envs.env_is_wrapped(Monitor) == [False, False, False]
     with pytest.raises(InvalidInput, match=r"^set_attr: given 'config'"):
         envs.set_attr("config", None)
     with pytest.raises(InvalidInput, match=r"^env_method: given 'snapshot'"):

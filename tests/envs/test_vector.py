@@ -146,6 +146,18 @@ def test_worlds_left_out_of_a_step_stay_as_they_are() -> None:
     assert (envs.state().time_s - state.time_s).tolist() == pytest.approx([0.1, 0.0, 0.1])
 
 
+def test_a_key_asks_for_its_scenario_as_in_gymnasiums_own_loop() -> None:
+    loop = SyncVectorEnv(3 * [lambda: CorridorEnv(**LIVELY)])
+    native = lively(3)
+    for envs in (loop, native):
+        envs.reset(seed=1)
+    for options in ({"key": 7}, {"key": 8, "reset_mask": np.array([True, False, True])}, None):
+        (one, info), (other, told) = native.reset(options=options), loop.reset(options=options)
+        assert one == pytest.approx(other, abs=1e-9)
+        assert by_world(native, info) == by_world(loop, told)
+    assert native.reset(options={"key": [3, None, 5]})[1]["scenario_key"][[0, 2]].tolist() == [3, 5]
+
+
 def test_seeds_are_given_by_number_list_or_not_at_all() -> None:
     envs = lively(3)
     counted, _ = envs.reset(seed=5)
@@ -308,7 +320,7 @@ def test_threads_change_nothing(tracks: str) -> None:
         for threads in (1, 2)
     )
     assert same(play(one, 150, seed=3), play(two, 150, seed=3))
-    assert two._threads is not None
+    assert len(two._blocks) == 2
 
 
 def test_a_world_is_the_same_alone_and_among_a_thousand() -> None:

@@ -1,0 +1,99 @@
+"""Pictures of a batch of worlds: as a single environment shows itself, one for each world.
+
+A step only notes a few numbers of each world; nothing is drawn before a picture is asked for.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hazbot_gym.config import Config
+from hazbot_gym.core.place_table import PlaceTable, place_at
+from hazbot_gym.core.state import Floats, Place
+from hazbot_gym.envs.batch import Bools, Outputs
+from hazbot_gym.envs.frame import Frame
+from hazbot_gym.envs.viewer import TRAIL_STEPS, castor_of, frame_of
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.sim.batch import Worlds
+from hazbot_gym.task.outcome import MOVING_MPS, OUTCOME_NAMES, RUNNING
+from hazbot_gym.task.reward import TERMS
+
+if TYPE_CHECKING:
+    from hazbot_gym.envs.rendering import Painter
+
+
+class BatchViewer:
+    """Remembers of every world what its state does not tell, and draws pictures."""
+
+    def __init__(self, mode: str, config: Config, worlds: int, table: PlaceTable) -> None:
+        if mode != "rgb_array":
+            raise InvalidInput(
+                f"render_mode: given {mode!r}, allowed for a batch are None and 'rgb_array'"
+            )
+        self._config, self._weights = config, np.array(config.reward)
+        self._table, self._places = table, dict[int, Place]()
+        self._trails: deque[Floats] = deque(maxlen=TRAIL_STEPS + 1)  # (N, 2) at each instant
+        self._instants = np.zeros(worlds, np.int64)  # of the episode that runs
+        self._driven = np.zeros((worlds, 2))  # speed and yaw rate when the robot last moved
+        self._terms = np.zeros((worlds, len(TERMS)))  # weighted, of the last decision
+        self._returns = np.zeros(worlds)
+        self._outcomes = np.zeros(worlds, np.int64)
+        self._painter: Painter | None = None
+
+    def see(self, worlds: Worlds, outputs: Outputs, mask: Bools, fresh: Bools) -> None:
+        """Note how things stand after a reset or step of the worlds in a mask; some are reset."""
+        robots, stepped = worlds.robots, mask & ~fresh
+        self._trails.append(np.stack([robots["x"], robots["y"]], axis=1))
+        self._instants = np.where(fresh, 1, self._instants + 1)
+        self._terms[stepped] = outputs.terms[stepped] * self._weights
+        self._returns[stepped] += self._terms[stepped].sum(axis=1)
+        self._outcomes[stepped] = outputs.decisions["outcome"][stepped]
+        has_moved = np.abs(robots["v"]) > MOVING_MPS
+        self._driven[has_moved] = np.stack([robots["v"], robots["omega"]], axis=1)[has_moved]
+        for noted in (self._terms, self._returns, self._outcomes):
+            noted[fresh] = 0
+        self._driven[fresh & ~has_moved] = 0.0
+
+    def pictures(
+        self, worlds: Worlds, time_s: Floats, which: range
+    ) -> tuple[npt.NDArray[np.uint8], ...]:
+        """Return the pictures of some worlds, all of one size (H, W, 3)."""
+        if not self._trails:
+            raise InvalidInput("render: no episode has begun, call reset first")
+        if self._painter is None:
+            from hazbot_gym.envs.rendering import Painter
+
+            self._painter = Painter(self._place(int(worlds.places[0])))
+        return tuple(self._painter.paint(self._frame(i, worlds, float(time_s[i]))) for i in which)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is copied or pickled: everything but paint."""
+        return {**self.__dict__, "_painter": None}
+
+    def _frame(self, i: int, worlds: Worlds, time_s: float) -> Frame:
+        outcome = self._outcomes[i]
+        trail = list(self._trails)[-min(self._instants[i], TRAIL_STEPS) :]
+        return frame_of(
+            self._config,
+            self._place(int(worlds.places[i])),
+            worlds.robots[i],
+            people=worlds.people[i],
+            patterns=worlds.tracks[i]["pattern"].tolist(),
+            ranges_m=worlds.ranges[i],
+            trail=np.array([at[i] for at in trail]),
+            castor_rad=castor_of(*self._driven[i], self._config),
+            terms=dict(zip(TERMS, self._terms[i].tolist(), strict=True)),
+            total_reward=float(self._returns[i]),
+            time_s=time_s,
+            outcome="" if outcome == RUNNING else OUTCOME_NAMES[outcome],
+        )
+
+    def _place(self, index: int) -> Place:
+        """Return a place, always the same object, by which the painter knows it again."""
+        if index not in self._places:
+            self._places[index] = place_at(self._table, index)
+        return self._places[index]

@@ -1,0 +1,114 @@
+"""Single environments that a batch of Stable-Baselines3 stands for.
+
+``make_vec_env(id, n, vec_env_cls=CorridorVecEnv)`` hands over functions that each make an
+environment behind a ``Monitor``. The batch runs their config, and tells each monitor what its world
+did, so that ``episode`` infos and the files of ``monitor_dir`` are those of single environments.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.wrappers import OrderEnforcing, PassiveEnvChecker, TimeLimit
+
+from hazbot_gym.config import Config, make_config
+from hazbot_gym.envs.corridor import CorridorEnv
+from hazbot_gym.errors import InvalidInput, MissingExtra
+
+try:
+    from stable_baselines3.common.monitor import Monitor
+except ImportError as error:
+    raise MissingExtra("stable-baselines3", "train") from error
+
+Environment = gymnasium.Env[Any, Any]
+Functions = Sequence[Callable[[], Environment]]
+PLAIN = (Monitor, TimeLimit, OrderEnforcing, PassiveEnvChecker)  # what a batch can stand for
+
+
+class Singles:
+    """What functions of environments make: one config for all worlds, and their monitors.
+
+    Attributes:
+        config: Of all worlds; its horizon is that of a ``TimeLimit`` where there is one.
+        spec: Of the first, None if it was not made by an id.
+        render_mode: Of the first.
+        action_space: Of the first, which may be seeded.
+        monitors: One for each world, or none.
+    """
+
+    def __init__(self, functions: Functions) -> None:
+        envs = [function() for function in functions]
+        if not envs:
+            raise InvalidInput("num_envs: given no function, allowed is at least one")
+        layers = [_layers(env) for env in envs]
+        self.config = _config_of(envs[0])
+        if any(_config_of(env) != self.config for env in envs):
+            raise InvalidInput("num_envs: given environments that differ, a batch has one config")
+        self.spec = copy.deepcopy(envs[0].unwrapped.spec)
+        self.render_mode: str | None = envs[0].render_mode
+        self.action_space = envs[0].action_space
+        self.monitors = [layer for each in layers for layer in each if isinstance(layer, Monitor)]
+        if len(self.monitors) not in (0, len(envs)):
+            raise InvalidInput("num_envs: given some environments with a Monitor, allowed: all")
+        for monitor in self.monitors:
+            monitor.env = _Told()
+
+    def reset(self) -> None:
+        """Tell the monitors that all worlds begin anew."""
+        for monitor in self.monitors:
+            monitor.reset()
+
+    def note(
+        self, rewards: Any, terminated: Any, truncated: Any, infos: list[dict[str, Any]]
+    ) -> None:
+        """Tell the monitors of a step; they add ``episode`` to the infos of episodes that ended."""
+        told = zip(rewards.tolist(), terminated.tolist(), truncated.tolist(), infos, strict=True)
+        for monitor, step in zip(self.monitors, told, strict=False):
+            monitor.env.told = (None, *step)  # type: ignore[attr-defined]
+            monitor.step(None)
+            if monitor.needs_reset:
+                monitor.reset()
+
+    def close(self) -> None:
+        """Close the monitors' files."""
+        for monitor in self.monitors:
+            monitor.close()
+
+
+class _Told(gymnasium.Env[Any, Any]):
+    """Stands where a monitor's environment was, and returns what it was told."""
+
+    told: Any = None
+
+    def reset(self, **arguments: Any) -> Any:
+        return None, {}
+
+    def step(self, action: Any) -> Any:
+        return self.told
+
+
+def _layers(env: Environment) -> list[Environment]:
+    """Return the wrappers of an environment, which must be such as a batch can stand for."""
+    found: list[Environment] = []
+    while isinstance(env, gymnasium.Wrapper):
+        if type(env) not in PLAIN:
+            raise InvalidInput(
+                f"num_envs: given environments in {type(env).__name__}, allowed for a batch are "
+                f"{', '.join(plain.__name__ for plain in PLAIN)}; wrap the batch itself instead"
+            )
+        found.append(env)
+        env = env.env
+    if not isinstance(env, CorridorEnv):
+        raise InvalidInput(f"num_envs: given a {type(env).__name__}, allowed is CorridorEnv")
+    return found
+
+
+def _config_of(env: Environment) -> Config:
+    config: Config = env.unwrapped.config  # type: ignore[attr-defined]
+    limit = env.spec.max_episode_steps if env.spec else None
+    steps = min(limit or np.inf, config.max_episode_steps)
+    return make_config(config, max_episode_steps=int(steps))
