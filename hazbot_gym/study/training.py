@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from rich.console import Console
 
-from hazbot_gym.errors import MissingExtra
+from hazbot_gym.errors import InvalidInput, MissingExtra
 
 try:
     import sb3_contrib as _contrib  # noqa: F401  (a part of the extra)
@@ -103,6 +103,8 @@ def train(
         if left > 0:
             is_new = model.num_timesteps == 0
             model.learn(left, callbacks, log_interval=None, reset_num_timesteps=is_new)
+        else:
+            stretches.conclude(model)  # its file may have been removed
     finally:
         bar.stop()
         model.logger.close()
@@ -150,9 +152,22 @@ class Stretches(BaseCallback):
         progress = state["progress"]
         self.begun, self.seconds = progress["begun"], progress["seconds"]
         self.validations = progress["validations"]
+        if not self.policy_path.exists():
+            self._write_again(model)
         self.console.print(f"the run goes on from step {model.num_timesteps:,}")
 
-    def best(self) -> dict[str, float | None]:
+    def _write_again(self, model: BaseAlgorithm) -> None:
+        """Write a policy that was removed, if the model of the checkpoint is the best so far."""
+        best = self.best()
+        if best["step"] != model.num_timesteps:
+            raise InvalidInput(
+                f"out: {POLICY} is missing in {str(self.out)!r}, and its model (step "
+                f"{best['step']:,}) is kept nowhere else; give another --out to train it anew"
+            )
+        self._keep(model, best)
+        self.console.print(f"{POLICY} was missing and is written again, from the checkpoint")
+
+    def best(self) -> dict[str, Any]:
         """Return the validation of the model that was kept."""
         limit = self.config.lagrangian.limit if self.config.lagrangian else None
         return max(self.validations, key=lambda found: merit(found, limit))
@@ -168,7 +183,11 @@ class Stretches(BaseCallback):
 
     def _on_training_end(self) -> None:
         self._end()
-        write_json(self.out / RESULT, self._result())
+        self.conclude(self.model)
+
+    def conclude(self, model: BaseAlgorithm) -> None:
+        """Write what the run came to."""
+        write_json(self.out / RESULT, self._result(model))
 
     def _begin(self) -> None:
         """Seed everything anew and reset all worlds."""
@@ -187,9 +206,10 @@ class Stretches(BaseCallback):
         for name, value in found.items():
             if value is not None:
                 self.logger.record(f"validation/{name}", value)
+        self.logger.dump(self.model.num_timesteps)  # now, as a kill may follow
         self.validations.append(found)
         if self.best() is found:
-            self._keep(found)
+            self._keep(self.model, found)
         self.console.print(f"step {found['step']:,}: validation return {found['return']:.1f}")
         progress = {
             "begun": self.begun,
@@ -198,10 +218,10 @@ class Stretches(BaseCallback):
         }
         checkpoints.save(self.out / CHECKPOINTS, self.model, progress)
 
-    def _keep(self, found: dict[str, Any]) -> None:
+    def _keep(self, model: BaseAlgorithm, found: dict[str, Any]) -> None:
         """Write the model as the best one so far."""
         export_model(
-            self.model,
+            model,
             self.policy_path,
             tier=self.tier,
             residual=self.residual,
@@ -210,11 +230,11 @@ class Stretches(BaseCallback):
             overwrite=True,
         )
 
-    def _result(self) -> dict[str, Any]:
+    def _result(self, model: BaseAlgorithm) -> dict[str, Any]:
         return {
-            "steps": self.model.num_timesteps,
+            "steps": model.num_timesteps,
             "training_seconds": round(self.seconds, 1),
-            "steps_per_s": round(self.model.num_timesteps / max(self.seconds, 1e-9)),
+            "steps_per_s": round(model.num_timesteps / max(self.seconds, 1e-9)),
             "best": self.best(),
             "validations": self.validations,
         }

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter
+import time
+from collections import Counter, deque
 from typing import Any
 
 import numpy as np
@@ -24,13 +25,21 @@ CURVES = {
     "episode/mean_speed_mps": "speed_mps",
     **{f"reward_terms/{name}": name for name in TERMS},
 }
+# The curves that Stable-Baselines3 has of every run, over as many episodes as it takes.
+USUAL_CURVES = {"rollout/ep_rew_mean": "r", "rollout/ep_len_mean": "l"}
+USUAL_EPISODES = 100
 
 
 class EpisodeLog(BaseCallback):
-    """Logs the means over the episodes that have ended, and the share of each outcome."""
+    """Logs the means over the episodes that have ended, and the share of each outcome.
+
+    Besides, Stable-Baselines3's usual curves: over the last 100 episodes, and steps per second.
+    """
 
     def _on_training_start(self) -> None:
         self._ended: list[dict[str, Any]] = []
+        self._recent: deque[dict[str, float]] = deque(maxlen=USUAL_EPISODES)
+        self._started_at, self._started = self.model.num_timesteps, time.perf_counter()
         self._logged_at = self.model.num_timesteps
 
     def _on_step(self) -> bool:
@@ -53,6 +62,12 @@ class EpisodeLog(BaseCallback):
         outcomes = Counter(info["outcome"] for info in self._ended)
         for name in OUTCOME_NAMES[1:] if episodes else ():
             self.logger.record(f"outcome/{name}", outcomes[name] / len(episodes))
+        self._recent.extend(episodes)
+        for curve, name in USUAL_CURVES.items() if self._recent else ():
+            mean = float(np.mean([episode[name] for episode in self._recent]))
+            self.logger.record(curve, mean)
+        seconds = max(time.perf_counter() - self._started, 1e-9)
+        self.logger.record("time/fps", int((self.model.num_timesteps - self._started_at) / seconds))
         self.logger.dump(self.model.num_timesteps)
         self._ended, self._logged_at = [], self.model.num_timesteps
 

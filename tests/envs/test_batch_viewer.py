@@ -109,7 +109,7 @@ def test_gymnasium_records_all_worlds(tmp_path: Path) -> None:
     film = tmp_path / "film" / "rl-video-episode-0.mp4"
     frames = imageio_ffmpeg.read_frames(str(film))
     about = next(frames)
-    assert about["size"] == (960, 2 * 544)
+    assert about["size"] == (2 * 960, 544)
     assert about["fps"] == 10.0
     assert sum(1 for _ in frames) == 9
 

@@ -19,7 +19,7 @@ from hazbot_gym.envs.sb3 import CorridorVecEnv
 from hazbot_gym.errors import InvalidInput
 
 ENCOUNTERING = "hazbot_gym/Encountering-v0"
-SHORT: dict[str, Any] = {"place": "doorway", "max_episode_steps": 60}
+SHORT: dict[str, Any] = {"place": "doorway", "config": {"max_episode_steps": 60}}
 
 
 def pair(**arguments: Any) -> tuple[VecEnv, VecEnv]:
@@ -54,15 +54,16 @@ def test_the_horizon_and_id_are_those_of_the_single_environments() -> None:
     batch, loop = pair(env_kwargs={"max_episode_steps": 40})
     assert batch.get_attr("spec")[0].id == loop.get_attr("spec")[0].id == ENCOUNTERING
     assert batch.get_attr("config")[0].max_episode_steps == 40
-    assert make_vec_env("hazbot_gym/Circle-v0", 2, vec_env_cls=CorridorVecEnv).get_attr("spec")[  # type: ignore[arg-type]
-        0
-    ].max_episode_steps == (1000)
+    circle = make_vec_env("hazbot_gym/Circle-v0", 2, vec_env_cls=CorridorVecEnv)  # type: ignore[arg-type]
+    assert circle.get_attr("spec")[0].max_episode_steps == 1000
 
 
 def test_monitor_files_are_written(tmp_path: Path) -> None:
     folders = [tmp_path / "batch", tmp_path / "loop"]
-    for number in range(2):
-        envs = pair(env_kwargs=SHORT, monitor_dir=str(folders[number]))[number]
+    for folder, cls in zip(folders, (CorridorVecEnv, None), strict=True):
+        envs = make_vec_env(  # type: ignore[arg-type]
+            ENCOUNTERING, 3, 5, env_kwargs=SHORT, monitor_dir=str(folder), vec_env_cls=cls
+        )
         envs.reset()
         for _ in range(130):
             envs.step(np.zeros((3, 1)))

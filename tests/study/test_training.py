@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from rich.console import Console
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from hazbot_gym import policies
 from hazbot_gym.errors import InvalidInput
@@ -170,11 +171,13 @@ def test_several_environments_are_trained_on_side_by_side(tmp_path: Path) -> Non
     assert train(tiny(env=env), tmp_path).best["return"] is not None
 
 
-def test_tensorboard_has_terms_outcomes_and_validation(tmp_path: Path) -> None:
-    from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+def curves_of(run: Path) -> EventAccumulator:
+    return EventAccumulator(str(run / "tensorboard")).Reload()
 
+
+def test_tensorboard_has_terms_outcomes_validation_and_the_usual_curves(tmp_path: Path) -> None:
     train(tiny(), tmp_path)
-    curves = EventAccumulator(str(tmp_path / "tensorboard")).Reload().Tags()["scalars"]
+    curves = curves_of(tmp_path)
     assert {
         "episode/return",
         "episode/time_ratio",
@@ -184,7 +187,63 @@ def test_tensorboard_has_terms_outcomes_and_validation(tmp_path: Path) -> None:
         "outcome/arrived",
         "validation/return",
         "train/loss",
-    } <= set(curves)
+        "rollout/ep_rew_mean",
+        "rollout/ep_len_mean",
+        "time/fps",
+    } <= set(curves.Tags()["scalars"])
+    last = {name: curves.Scalars(name)[-1].value for name in ("episode/length", "episode/return")}
+    assert curves.Scalars("rollout/ep_len_mean")[-1].value == last["episode/length"] == 20.0
+    assert curves.Scalars("rollout/ep_rew_mean")[-1].value == pytest.approx(last["episode/return"])
+    assert curves.Scalars("time/fps")[-1].value > 0
+
+
+def test_validations_are_drawn_at_once_at_the_step_that_they_were_made_at(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    save, drawn = training.checkpoints.save, []
+
+    def look_and_save(folder: Path, model: Any, progress: Any) -> None:
+        points = curves_of(tmp_path).Scalars("validation/return")
+        drawn.append([(point.step, point.value) for point in points])
+        save(folder, model, progress)
+
+    monkeypatch.setattr(training.checkpoints, "save", look_and_save)
+    train(tiny(), tmp_path)
+    found = read_json(tmp_path / "result.json")["validations"]
+    told = [(each["step"], pytest.approx(each["return"], rel=1e-6)) for each in found]
+    assert drawn == [told[:count] for count in range(1, len(told) + 1)]
+
+
+def test_a_policy_that_was_removed_is_written_again_from_the_checkpoint(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    returns = iter([1.0, 2.0, 3.0, 4.0])
+    monkeypatch.setattr(training, "validate", lambda *_: {"return": next(returns)})
+    train(tiny(), tmp_path)
+    result, policy = (tmp_path / name for name in ("result.json", "policy.npz"))
+    before = read_json(result)
+    written = policies.make(f"learned:{policy}")._policy.about  # type: ignore[attr-defined]
+    policy.unlink(), result.unlink()
+    told = io.StringIO()
+    again = train(tiny(), tmp_path, resume=True, console=Console(file=told, width=200))
+    assert "policy.npz was missing and is written again" in told.getvalue()
+    healed = policies.make(f"learned:{again.policy}")._policy.about  # type: ignore[attr-defined]
+    assert healed["results"] == written["results"] == {"return": 4.0, "step": 384}
+    assert read_json(result) == before
+
+
+def test_a_policy_that_was_removed_and_cannot_be_written_again_is_told_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    returns = iter([4.0, 3.0, 2.0, 1.0])
+    monkeypatch.setattr(training, "validate", lambda *_: {"return": next(returns)})
+    train(tiny(), tmp_path)
+    (tmp_path / "policy.npz").unlink()
+    with pytest.raises(
+        InvalidInput, match=r"^out: policy.npz is missing in .* \(step 1\d\d\)"
+    ) as e:
+        train(tiny(), tmp_path, resume=True)
+    assert "\n" not in str(e.value)
 
 
 @pytest.mark.parametrize(

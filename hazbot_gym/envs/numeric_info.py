@@ -1,0 +1,57 @@
+"""Infos of numbers alone, for clients that cannot read names or nested entries, such as TorchRL."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from gymnasium.vector import VectorEnv, VectorWrapper
+
+ENDS = ("final_obs", "_final_obs", "_final_info")  # of episodes that ended, passed on as they are
+
+
+class NumericInfo(VectorWrapper[Any, Any, Any]):
+    """Passes on what is a number in the infos of a batch, nested ones as ``reward_terms/progress``.
+
+    TorchRL 0.14 reads the infos of vector environments that reset in the same step, and fails where
+    one is text or a dictionary, whatever the environment.
+
+    Example:
+        >>> import gymnasium, hazbot_gym
+        >>> from hazbot_gym.envs.numeric_info import NumericInfo
+        >>> envs = NumericInfo(gymnasium.make_vec(
+        ...     "hazbot_gym/Corridor-v0", 2, "vector_entry_point", autoreset_mode="SameStep"
+        ... ))
+        >>> _, info = envs.reset(seed=0)
+        >>> "outcome" in info, info["reward_terms/progress"].tolist()
+        (False, [0.0, 0.0])
+    """
+
+    def __init__(self, env: VectorEnv[Any, Any, Any]) -> None:
+        super().__init__(env)
+        self.autoreset_mode = env.metadata["autoreset_mode"]  # TorchRL asks the outermost
+
+    def reset(self, **arguments: Any) -> tuple[Any, dict[str, Any]]:
+        """Start new episodes."""
+        observations, info = self.env.reset(**arguments)
+        return observations, _numbers(info)
+
+    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        """Take one decision in every world."""
+        *told, info = self.env.step(actions)
+        return *told, _numbers(info)  # type: ignore[return-value]
+
+
+def _numbers(info: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return the arrays of numbers, flat; under ``final_info`` those of episodes that ended."""
+    kept: dict[str, Any] = {}
+    for name, value in info.items():
+        if name == "final_info":
+            kept[name] = _numbers(value)
+        elif name in ENDS:
+            kept[name] = value
+        elif isinstance(value, dict):
+            kept |= _numbers(value, f"{name}/")
+        elif not name.startswith("_") and np.asarray(value).dtype != object:
+            kept[prefix + name] = value
+    return kept

@@ -1,0 +1,65 @@
+"""Clients that read nothing but numbers get them all."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
+
+from hazbot_gym.envs.corridor import CorridorEnv
+from hazbot_gym.envs.numeric_info import NumericInfo
+from hazbot_gym.envs.vector import CorridorVectorEnv
+from hazbot_gym.task.reward import TERMS
+
+NUMBERS = {
+    "scenario_key",
+    "time_free_s",
+    "time_s",
+    "cost",
+    "contact_speed_mps",
+    *(f"reward_terms/{name}" for name in TERMS),
+}
+MODE = AutoresetMode.SAME_STEP
+
+
+def batches() -> list[VectorEnv[Any, Any, Any]]:
+    return [
+        CorridorVectorEnv(2, autoreset_mode=MODE, max_episode_steps=20),
+        SyncVectorEnv(2 * [lambda: CorridorEnv(max_episode_steps=20)], autoreset_mode=MODE),
+    ]
+
+
+@pytest.mark.parametrize("kind", [0, 1], ids=["native", "sync"])
+def test_infos_hold_every_number_and_nothing_else(kind: int) -> None:
+    envs, plain = NumericInfo(batches()[kind]), batches()[kind]
+    assert set(envs.reset(seed=1)[1]) == NUMBERS
+    plain.reset(seed=1)
+    for _ in range(25):
+        (*one, info), (*other, told) = (each.step(np.zeros((2, 1))) for each in (envs, plain))
+        assert all(np.array_equal(mine, others) for mine, others in zip(one, other, strict=True))
+        assert info["reward_terms/progress"].tolist() == told["reward_terms"]["progress"].tolist()
+        if "final_info" in told:
+            assert set(info["final_info"]) == NUMBERS
+            assert info["final_info"]["time_s"].tolist() == [2.0, 2.0]
+            assert info["final_obs"][0].shape == (48,)
+
+
+@pytest.mark.parametrize("kind", [0, 1], ids=["native", "sync"])
+def test_torchrl_reads_a_batch_that_resets_in_the_same_step(kind: int) -> None:
+    envs = pytest.importorskip("torchrl.envs")
+    told = envs.GymWrapper(NumericInfo(batches()[kind])).rollout(60, break_when_any_done=False)
+    assert told["next", "done"].sum() == 6
+    assert told["next", "time_s"][0, 17:22].tolist() == pytest.approx([1.8, 1.9, 2.0, 0.1, 0.2])
+
+
+def test_torchrl_reads_a_batch_that_does_not_reset_by_itself() -> None:
+    envs = pytest.importorskip("torchrl.envs")
+    made = gymnasium.make_vec(
+        "hazbot_gym/Corridor-v0", 2, "vector_entry_point", autoreset_mode="Disabled",
+        max_episode_steps=20,
+    )  # fmt: skip
+    told = envs.GymWrapper(made).rollout(60, break_when_any_done=False)
+    assert told["next", "done"].sum() == 6
