@@ -10,7 +10,7 @@ from gymnasium.vector import VectorEnv, VectorWrapper
 ENDS = ("final_obs", "_final_obs", "_final_info")  # of episodes that ended, passed on as they are
 
 
-class NumericInfo(VectorWrapper[Any, Any, Any]):
+class NumericInfo(VectorWrapper):  # not generic in Gymnasium 1.1
     """Passes on what is a number in the infos of a batch, nested ones as ``reward_terms/progress``.
 
     TorchRL 0.14 reads the infos of vector environments that reset in the same step, and fails where

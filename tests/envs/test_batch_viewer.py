@@ -106,12 +106,8 @@ def test_gymnasium_records_all_worlds(tmp_path: Path) -> None:
     for action in actions(2, 10):
         envs.step(action)
     envs.close()
-    film = tmp_path / "film" / "rl-video-episode-0.mp4"
-    frames = imageio_ffmpeg.read_frames(str(film))
-    about = next(frames)
-    assert about["size"] == (2 * 960, 544)
-    assert about["fps"] == 10.0
-    assert sum(1 for _ in frames) == 9
+    film = str(tmp_path / "film" / "rl-video-episode-0.mp4")
+    assert imageio_ffmpeg.count_frames_and_secs(film) == (9, pytest.approx(0.9))
 
 
 def test_stable_baselines_records_the_first_worlds(tmp_path: Path) -> None:
