@@ -1,6 +1,7 @@
 """Speed policies: what the robot does with its speed, from observations alone.
 
 - ``base``: what a policy is, how one is made from its name, and their register
+- ``own_module``: policies of the user, by ``module:attribute``
 - ``guard``: stop where an observation is invalid, for all of them
 - ``constant``: one speed, whatever happens
 - ``stop_on_sight``, ``stop_when_near``: stop for what is ahead, or for whoever is near
@@ -18,6 +19,6 @@
 - ``knobs``: the one knob of each family, and sweeps over it; ``search_spaces``: what may be tuned
 """
 
-from hazbot_gym.policies.base import Policy, make, names
+from hazbot_gym.policies.base import Permissions, Policy, make, names
 
-__all__ = ["Policy", "make", "names"]
+__all__ = ["Permissions", "Policy", "make", "names"]

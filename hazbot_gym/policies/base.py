@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
+import os
+from collections.abc import Mapping
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -16,6 +18,7 @@ import numpy.typing as npt
 from pydantic import ConfigDict, ValidationError
 
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies import own_module
 from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations
 
 OPTIONS = ConfigDict(extra="forbid", allow_inf_nan=False)  # of the dataclasses of policies
@@ -130,7 +133,7 @@ REGISTER = {
     ),
     "learned": Entry(
         "hazbot_gym.policies.learned:Learned",
-        "a trained policy from a file; path=FILE.npz, allow_pickle=true for a .zip",
+        "a trained policy from a file; path=FILE.npz, or a .zip with --allow-pickle",
     ),
 }
 
@@ -145,62 +148,74 @@ def speed_action(fraction: npt.ArrayLike) -> Actions:
     return (2.0 * np.asarray(fraction, dtype=np.float32) - 1.0)[..., np.newaxis]
 
 
-def make(spec: str) -> Policy:
+class Permissions(NamedTuple):
+    """What a policy that a file names may run: nothing but the library, unless the user says so."""
+
+    allow_pickle: bool = False  # code inside a zip of Stable-Baselines3
+    allow_code: bool = False  # modules of one's own
+
+
+def make(spec: str, *, allow_pickle: bool = False, allow_code: bool = True) -> Policy:
     """Return the policy that a line of text names.
 
     Args:
         spec: ``name`` or ``name:option=value,...`` with a name of the register, or
             ``module:attribute`` for a policy of your own: an object with ``predict``, or what makes
-            one without arguments. Policies of the library stop where an observation is invalid
-            (``guard``); one of your own is called as it is, unless it is a ``guard.Guarded``.
+            one without arguments. The path of ``learned:path=`` is all the rest of the line.
+            Policies of the library stop where an observation is invalid (``guard``); one of your
+            own is called as it is, unless it is a ``guard.Guarded``.
+        allow_pickle: Whether a ``learned`` zip may run the code that is in it.
+        allow_code: Whether ``module:attribute`` may run the code of that module. Whoever takes the
+            line from a file asks the user first (``Permissions``).
 
     Raises:
-        InvalidInput: an unknown name or option, a value that is not allowed, or no policy there.
+        InvalidInput: an unknown name or option, a value or code that is not allowed, or no policy
+            there.
     """
     name, _, rest = spec.partition(":")
     if name in REGISTER:
-        return _from_register(spec, name, rest)
-    if not rest:
+        return _from_register(spec, name, rest, allow_pickle=allow_pickle)
+    if not own_module.is_reference(spec):
         raise InvalidInput(
             f"policy: {spec!r} is not known; allowed are {', '.join(REGISTER)} or module:attribute"
         )
-    found = _load(spec)
-    policy = found() if callable(found) and not _is_policy(found) else found
+    if not allow_code:
+        raise InvalidInput(
+            f"policy: {spec!r} comes from a file and would run the code of {name!r}; if you trust "
+            "it, allow that with --allow-code on the command line, or allow_code=True in Python"
+        )
+    found = own_module.load(spec)
+    is_maker = callable(found) and not _is_policy(found)
+    policy = own_module.called(f"making {spec!r}", found) if is_maker else found
     if not _is_policy(policy):
         raise InvalidInput(f"policy: {spec!r} has no predict(observation, state, ...) method")
     return policy  # type: ignore[no-any-return]
+
+
+def spec_of(name: str, options: Mapping[str, object]) -> str:
+    """Return the line of text that makes a policy of the register with some options."""
+    return f"{name}:{','.join(f'{option}={value}' for option, value in options.items())}"
 
 
 def _is_policy(thing: Any) -> bool:
     return isinstance(thing, Policy) and not isinstance(thing, type)
 
 
-def _load(spec: str) -> Any:
-    module_name, _, attribute = spec.partition(":")
-    try:
-        module = importlib.import_module(module_name)
-    except ModuleNotFoundError as error:
-        if error.name is None or not f"{module_name}.".startswith(f"{error.name}."):
-            raise  # the module is there, but lacks something that it imports itself
-        raise InvalidInput(
-            f"policy: there is no module {module_name!r} for {spec!r}; allowed are "
-            f"{', '.join(REGISTER)} or module:attribute"
-        ) from None
-    if not hasattr(module, attribute):
-        raise InvalidInput(f"policy: module {module_name!r} has no attribute {attribute!r}")
-    return getattr(module, attribute)
-
-
 def factory_of(name: str) -> Any:
     """Return the dataclass behind a name of the register."""
-    return _load(REGISTER[name].factory)
+    module, _, kind = REGISTER[name].factory.partition(":")
+    return getattr(importlib.import_module(module), kind)
 
 
-def _from_register(spec: str, name: str, options: str) -> Policy:
+def _from_register(spec: str, name: str, text: str, *, allow_pickle: bool) -> Policy:
     factory = factory_of(name)
-    allowed = [field.name for field in dataclasses.fields(factory)]
+    options: dict[str, Any]
+    if name == "learned":
+        options = {"path": _path_in(spec, text), "allow_pickle": allow_pickle}
+    else:
+        options = _parse_options(spec, text, [field.name for field in dataclasses.fields(factory)])
     try:
-        policy: Policy = factory(**_parse_options(spec, options, allowed))
+        policy: Policy = factory(**options)
     except ValidationError as error:
         first = error.errors()[0]
         cause = first.get("ctx", {}).get("error")
@@ -211,6 +226,19 @@ def _from_register(spec: str, name: str, options: str) -> Policy:
             f"policy {spec!r}: {option} = {first['input']!r} is not allowed: {first['msg']}"
         ) from None
     return policy
+
+
+def _path_in(spec: str, text: str) -> str:
+    """Return the path that follows ``learned:``; a path may have any letters in it."""
+    path = text.removeprefix("path=")
+    if not path:
+        raise InvalidInput(f"policy: {spec!r} names no file; give learned:path=FILE")
+    if ",allow_pickle=" in path and not os.path.exists(path):
+        raise InvalidInput(
+            f"policy: {spec!r} cannot allow itself pickle; give --allow-pickle on the command "
+            "line, or allow_pickle=True in Python"
+        )
+    return path
 
 
 def _parse_options(spec: str, options: str, allowed: list[str]) -> dict[str, str]:

@@ -90,7 +90,7 @@ class Learned(_FromFile):
         if not self.allow_pickle:
             raise InvalidInput(
                 f"policy: reading {str(self.path)!r} runs code that is in it; if you trust it, "
-                "allow that with allow_pickle=true, or --allow-pickle on the command line"
+                "allow that with --allow-pickle on the command line, or allow_pickle=True in Python"
             )
         from hazbot_gym.policies.from_sb3 import load_zip
 

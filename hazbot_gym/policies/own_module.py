@@ -1,0 +1,123 @@
+"""Policies of the user's own, ``module:attribute``, from what is installed or the working folder.
+
+The working folder is last on the search path, and only while such a module is imported. So no file
+there takes the place of a module of the library or of another package, and a module of the user is
+to import at its top what it needs from there.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import operator
+import sys
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+from typing import Any
+
+from hazbot_gym.errors import InvalidInput
+
+
+def is_reference(spec: str) -> bool:
+    """Return whether a line of text has the form ``module:attribute``, both with dots in them."""
+    module, colon, attribute = spec.partition(":")
+    names = (*module.split("."), *attribute.split("."))
+    return bool(colon) and all(name.isidentifier() for name in names)
+
+
+def load(spec: str) -> Any:
+    """Return what ``module:attribute`` names. This runs the code of the module.
+
+    Raises:
+        InvalidInput: There is no such module or attribute, the module fails, or its name is that of
+            an installed one; one line.
+    """
+    module_name, _, attribute = spec.partition(":")
+    _refuse_two_of_one_name(spec, module_name.partition(".")[0])
+    with _working_folder():
+        module = called(f"importing {module_name!r}", lambda: _import(spec, module_name))
+    try:
+        return operator.attrgetter(attribute)(module)
+    except AttributeError:
+        raise InvalidInput(
+            f"policy: module {module_name!r} has no attribute {attribute!r}"
+        ) from None
+
+
+def called(what: str, code: Callable[[], Any]) -> Any:
+    """Return what code of the user's returns.
+
+    Raises:
+        InvalidInput: It fails; one line that says with what, and in which line of which file.
+    """
+    try:
+        return code()
+    except InvalidInput:
+        raise
+    except (Exception, SystemExit) as error:
+        said = f"{type(error).__name__}: {error}".removesuffix(": ")
+        raise InvalidInput(f"policy: {what} failed: {said} ({_place_of(error)})") from error
+
+
+def _import(spec: str, name: str) -> Any:
+    importlib.invalidate_caches()  # the file may be newer than what is known of its folder
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError as error:
+        if error.name is None or not f"{name}.".startswith(f"{error.name}."):
+            raise  # the module is there, but lacks something that it imports itself
+        raise InvalidInput(f"policy: there is no module {name!r} for {spec!r}") from None
+
+
+@contextmanager
+def _working_folder() -> Iterator[None]:
+    """Put the working folder last on the search path for a while, if it is not on it."""
+    here = str(Path.cwd())
+    if here in sys.path or "" in sys.path:
+        yield
+        return
+    sys.path.append(here)
+    try:
+        yield
+    finally:
+        sys.path.remove(here)
+
+
+def _refuse_two_of_one_name(spec: str, name: str) -> None:
+    """Refuse a module of the working folder that has the name of an installed one."""
+    local = [path for path in (Path(f"{name}.py"), Path(name)) if path.exists()]
+    if not local:
+        return
+    try:
+        found = importlib.util.find_spec(name)
+    except ValueError:  # made by a program, from no file
+        return
+    if found is not None and not _is_local(found, name):
+        raise InvalidInput(
+            f"policy: {spec!r} names the installed module {name!r} ({found.origin}), not "
+            f"{str(local[0])!r} of the working folder; give that another name"
+        )
+
+
+def _is_local(found: ModuleSpec, name: str) -> bool:
+    here = Path.cwd()
+    files = {here / f"{name}.py", here / name / "__init__.py", here / name}
+    places = [found.origin, *(found.submodule_search_locations or ())]
+    return any(here / place in files for place in places if place is not None)
+
+
+def _place_of(error: BaseException) -> str:
+    """Return the line in which the user's code failed, as far as that can be told."""
+    if isinstance(error, SyntaxError):
+        return f"line {error.lineno} of {error.filename}"
+    frames = [
+        frame
+        for frame in traceback.extract_tb(error.__traceback__)
+        if frame.filename != __file__ and not frame.filename.startswith("<frozen")
+    ]
+    here = str(Path.cwd())
+    frames = [frame for frame in frames if frame.filename.startswith(here)] or frames
+    return f"line {frames[-1].lineno} of {frames[-1].filename}" if frames else "in no file"
