@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from hazbot_gym.policies import Permissions
 from hazbot_gym.study.comparison import run_study
 from hazbot_gym.study.config import load_study
 
@@ -17,7 +18,7 @@ if __name__ == "__main__":  # the study starts processes that read this file aga
     study = load_study(
         policies=arguments.policies, sets=arguments.sets, episodes=arguments.episodes
     )
-    summary = run_study(study, arguments.out)
+    summary = run_study(study, arguments.out, allowed=Permissions(allow_code=True))
 
     for scenarios, policies in summary["sets"].items():
         for policy in study.policies[1:]:

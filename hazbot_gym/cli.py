@@ -82,11 +82,20 @@ app = typer.Typer(
 )
 
 
+# Policies that are typed here may be modules of one's own; those that a file names may not.
+AllowCode = Annotated[
+    bool,
+    typer.Option("--allow-code", help="Let module:attribute in the file run code of your modules."),
+]
+AllowPickle = Annotated[
+    bool, typer.Option("--allow-pickle", help="Let a learned: .zip run the code that is in it.")
+]
+
+
 def main() -> None:
     """Run the command line."""
     for stream in (sys.stdout, sys.stderr):
         terminal.tolerate(stream)
-    sys.path.insert(0, "")  # so that --policy module:attribute finds modules of the working folder
     app(prog_name="hazbot")
 
 
@@ -129,8 +138,11 @@ def study(
     is_verbose: Annotated[
         bool, typer.Option("--verbose", help="Print the table of every set.")
     ] = False,
+    allow_code: AllowCode = False,
+    allow_pickle: AllowPickle = False,
 ) -> None:
     """Run policies over the same scenarios and compare them: the main job. Resumable."""
+    from hazbot_gym.policies import Permissions
     from hazbot_gym.study import answer, comparison, tables
     from hazbot_gym.study.config import load_study
 
@@ -148,6 +160,7 @@ def study(
         workers=workers,
         console=terminal.progress_console(),
         command=shlex.join(["hazbot", *sys.argv[1:]]),
+        allowed=Permissions(allow_pickle, allow_code),
     )
     page = None if no_report else report.write_report(folder)  # before anything is printed
     console = terminal.output_console()
@@ -182,8 +195,11 @@ def train(
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on from the last checkpoint in the folder.")
     ] = False,
+    allow_code: AllowCode = False,
+    allow_pickle: AllowPickle = False,
 ) -> None:
     """Train a policy and export the best one. Resumable."""
+    from hazbot_gym.policies import Permissions
     from hazbot_gym.study.train_config import load_training
 
     plan = load_training(config, seed=seed, steps=steps, engine=engine)
@@ -191,7 +207,13 @@ def train(
 
     from hazbot_gym.study import training
 
-    result = training.train(plan, folder, resume=resume, console=terminal.progress_console())
+    result = training.train(
+        plan,
+        folder,
+        resume=resume,
+        console=terminal.progress_console(),
+        allowed=Permissions(allow_pickle, allow_code),
+    )
     console = terminal.output_console()
     for name, value in result.best.items():
         console.print(f"{name:24} {'-' if value is None else f'{value:10.4g}'}")
@@ -210,19 +232,21 @@ def evaluate(
     ] = None,
     engine: Annotated[str, typer.Option(help="batched, or pymunk for the reference.")] = "batched",
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")] = False,
-    allow_pickle: Annotated[
-        bool, typer.Option("--allow-pickle", help="Let a learned: .zip run the code that is in it.")
-    ] = False,
+    allow_pickle: AllowPickle = False,
 ) -> None:
     """Evaluate one policy in one environment."""
     from hazbot_gym.study import rollout, summary, tables
     from hazbot_gym.study.config import parse_overrides
 
-    if allow_pickle and policy.startswith("learned:"):
-        policy += ",allow_pickle=true"
     overrides = parse_overrides(change or []) | ({"scenario": scenario} if scenario else {})
     rows = rollout.evaluate(
-        policy, env, episodes=episodes, seed=seed, overrides=overrides, engine=engine
+        policy,
+        env,
+        episodes=episodes,
+        seed=seed,
+        overrides=overrides,
+        engine=engine,
+        allow_pickle=allow_pickle,
     )
     if as_json:
         head = {"policy": policy, "env": env, "episodes": episodes, "seed": seed}
@@ -250,13 +274,14 @@ def watch(
         float | None, typer.Option(help="Seconds at which a .png is taken; else the end.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace FILE if it exists.")] = False,
+    allow_pickle: AllowPickle = False,
 ) -> None:
     """Watch a policy in a window, or save it. Keys: space, right arrow, r, q."""
     from hazbot_gym.study import watching
     from hazbot_gym.study.config import parse_overrides
 
     overrides = parse_overrides(change or []) | ({"scenario": scenario} if scenario else {})
-    show = watching.Show(policy, env, episodes, seed, overrides, speed)
+    show = watching.Show(policy, env, episodes, seed, overrides, speed, allow_pickle)
     if file is None:
         if at is not None:
             raise InvalidInput(f"at: given {at}, but nothing is saved; give --save FILE.png")

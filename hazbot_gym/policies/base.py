@@ -155,6 +155,9 @@ class Permissions(NamedTuple):
     allow_code: bool = False  # modules of one's own
 
 
+NO_CODE = Permissions()
+
+
 def make(spec: str, *, allow_pickle: bool = False, allow_code: bool = True) -> Policy:
     """Return the policy that a line of text names.
 

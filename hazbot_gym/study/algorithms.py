@@ -18,6 +18,7 @@ from stable_baselines3.common.noise import NormalActionNoise
 from stable_baselines3.common.utils import LinearSchedule
 
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies.base import NO_CODE, Permissions
 from hazbot_gym.study.blinkers import Blinkers
 from hazbot_gym.study.dagger import BC, DAgger
 from hazbot_gym.study.imitation import teacher_of
@@ -40,8 +41,10 @@ ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
 ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
 
 
-def make_model(config: TrainConfig, envs: TrainingEnvs) -> BaseAlgorithm:
-    """Make a new model of a run.
+def make_model(
+    config: TrainConfig, envs: TrainingEnvs, allowed: Permissions = NO_CODE
+) -> BaseAlgorithm:
+    """Make a new model of a run, whose teacher may run what is allowed.
 
     Raises:
         InvalidInput: The algorithm does not take these options or environments.
@@ -53,7 +56,7 @@ def make_model(config: TrainConfig, envs: TrainingEnvs) -> BaseAlgorithm:
             f"network.activation: given {activation!r}, allowed are {', '.join(ACTIVATIONS)}"
         )
     kind = PPOLagrangian if config.lagrangian else ALGORITHMS[config.algorithm]
-    options = _options(config, envs)
+    options = _options(config, envs, allowed)
     try:
         model: BaseAlgorithm = kind(
             _policy_of(config),
@@ -89,7 +92,7 @@ def _policy_of(config: TrainConfig) -> Any:
     return "MlpLstmPolicy" if config.algorithm == "recurrent_ppo" else "MlpPolicy"
 
 
-def _options(config: TrainConfig, envs: TrainingEnvs) -> dict[str, Any]:
+def _options(config: TrainConfig, envs: TrainingEnvs, allowed: Permissions) -> dict[str, Any]:
     """Return a file's options as the algorithm wants them, and what our own ones need besides."""
     options = dict(config.options)
     if "action_noise" in options:  # its deviation; SB3 wants a noise for each action
@@ -97,7 +100,7 @@ def _options(config: TrainConfig, envs: TrainingEnvs) -> dict[str, Any]:
         options["action_noise"] = NormalActionNoise(np.zeros(1, np.float32), deviation)
     if config.algorithm in PUPILS:
         assert config.imitation is not None
-        options["teacher"] = teacher_of(config.imitation, envs)
+        options["teacher"] = teacher_of(config.imitation, envs, allowed)
         options["imitation"] = config.imitation
     if config.lagrangian:
         options["lagrangian"] = config.lagrangian

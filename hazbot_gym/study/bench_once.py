@@ -60,7 +60,7 @@ def compile_times(with_cold: bool, turns: int) -> Measured:
 
 
 def _first_episode_s(engine: str, environment: dict[str, str]) -> float:
-    command = [sys.executable, "-c", FIRST_EPISODE.format(engine=engine)]
+    command = [sys.executable, "-P", "-c", FIRST_EPISODE.format(engine=engine)]
     done = subprocess.run(
         command,
         env={**os.environ, **environment},

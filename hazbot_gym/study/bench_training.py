@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies import own_module
 from hazbot_gym.study import provenance, rollout
 from hazbot_gym.study.files import read_json
 from hazbot_gym.study.fronts import AXES, dominates
@@ -50,6 +51,11 @@ def bench_training(paths: list[Path], *, seeds: int = SEEDS, episodes: int = EPI
             raise InvalidInput(
                 f"training: {path.name} is given with algorithm {config.algorithm!r}, "
                 "allowed is 'ppo'"
+            )
+        if config.imitation and own_module.is_reference(config.imitation.teacher):
+            raise InvalidInput(
+                f"training: {path.name} is given with teacher {config.imitation.teacher!r}, "
+                "allowed are policies of the library"
             )
     load = os.getloadavg()[0]
     return {
@@ -173,7 +179,7 @@ def trained(path: Path, **changes: Any) -> Iterator[tuple[Path, float, int]]:
         file, out = Path(folder, "run.yaml"), Path(folder, "run")
         run = load_training(path).model_dump(mode="json") | changes
         file.write_text(json.dumps(run), encoding="utf-8")  # JSON is YAML
-        command = [sys.executable, "-m", "hazbot_gym", "train", "--config", str(file)]
+        command = [sys.executable, "-P", "-m", "hazbot_gym", "train", "--config", str(file)]
         start = time.perf_counter()
         process = os.posix_spawn(
             sys.executable,

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rich.console import Console
 
+from hazbot_gym.policies.base import NO_CODE, Permissions
 from hazbot_gym.study import costs, entrants, files, provenance, records, replays
 from hazbot_gym.study.clairvoyant import Effort
 from hazbot_gym.study.config import ScenarioSet, StudyConfig
@@ -58,6 +59,7 @@ def run_study(
     workers: int | None = None,
     console: Console | None = None,
     command: str = "",
+    allowed: Permissions = NO_CODE,
 ) -> Summary:
     """Run what is missing of a study, write its files into ``out`` and return its summary.
 
@@ -67,21 +69,22 @@ def run_study(
         workers: number of processes, or of threads for a single shard; None for one a core.
         console: where progress goes; None for nowhere.
         command: by which it can be run again, for the record.
+        allowed: what policies that the study names may run.
 
     Raises:
         InvalidInput: something about the study or the folder is not usable; nothing was written.
     """
     console, began = console or Console(quiet=True), time.perf_counter()
     records.claim(out, study.identity())
-    environments = rehearse(study)
+    environments = rehearse(study, allowed)
     workers = workers or processors.usable()
     about = manifest(study, environments)
     if not (out / records.MANIFEST).exists():
         files.write_json(out / records.MANIFEST, about)  # says whose folder it is from now on
-    waiting = entrants.jobs(study, out)
+    waiting = entrants.jobs(study, out, allowed)
     _prepare(waiting, workers=workers, console=console)
     taking_part = entrants.entrants(study, out)
-    stamps = Stamps(study)
+    stamps = Stamps(study, allowed)
     shards = list(plan(study, out, taking_part, stamps))
     marks = list(plan_yardstick(study, out, taking_part, stamps))
     missing = _missing([*shards, *marks], console)
@@ -106,6 +109,7 @@ def run_study(
         stamp=_stamp_of([*shards, *marks], out / records.EPISODES),
         threads=workers,
         console=console,
+        allowed=allowed,
     )
     seconds, decisions = time.perf_counter() - began, int(rows["steps"].sum())
     session = costs.Session(command, seconds, len(waiting), len(missing), decisions)
@@ -135,10 +139,10 @@ def plan(
                 count = min(study.episodes_per_shard, episodes - first)
                 block = Block(
                     name, scenarios, first, count, seed, study.ssm, study.engine, spec,
-                    training_seed,
+                    training_seed, stamps.allowed,
                 )  # fmt: skip
                 path = _file(out, "rows", name, scenarios, training_seed, first)
-                values = block._replace(scenarios=None, spec="")._asdict()
+                values = block._replace(scenarios=None, spec="", allowed=NO_CODE)._asdict()
                 yield Shard(block, path, stamps.of(values, scenarios, spec))
 
 
@@ -156,13 +160,15 @@ def plan_yardstick(
         episodes = min(wanted.episodes, study.episodes_in(scenarios))
         for first in range(0, episodes, SCENARIOS_PER_STRETCH):
             count, seed = min(SCENARIOS_PER_STRETCH, episodes - first), _seed(study, scenarios)
-            stretch = Stretch(scenarios, first, count, seed, specs, effort, study.ssm)
+            stretch = Stretch(
+                scenarios, first, count, seed, specs, effort, study.ssm, stamps.allowed
+            )
             path = _file(out, "yardstick", "best drive", scenarios, first)
-            values = stretch._replace(scenarios=None, specs=())._asdict()
+            values = stretch._replace(scenarios=None, specs=(), allowed=NO_CODE)._asdict()
             yield Shard(stretch, path, stamps.of(values, scenarios, *specs))
 
 
-def rehearse(study: StudyConfig) -> dict[str, Any]:
+def rehearse(study: StudyConfig, allowed: Permissions = NO_CODE) -> dict[str, Any]:
     """Try every policy out in every set, so that bad input shows before any work.
 
     It also compiles the kernels once, before the workers load them from the cache.
@@ -173,10 +179,12 @@ def rehearse(study: StudyConfig) -> dict[str, Any]:
     Raises:
         InvalidInput: a policy or an environment cannot be made, or they do not fit each other.
     """
-    entrants.check(study)
+    entrants.check(study, allowed)
     pooled_sets(study)
     return {
-        scenarios.name: try_out(scenarios, study.policies, study.engine).model_dump(mode="json")
+        scenarios.name: try_out(scenarios, study.policies, study.engine, allowed).model_dump(
+            mode="json"
+        )
         for scenarios in study.all_sets
     }
 

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 from hazbot_gym.config import merge
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies.base import NO_CODE, Permissions, make, spec_of
 from hazbot_gym.policies.search_spaces import SPACES
 from hazbot_gym.study import run_folder
 from hazbot_gym.study.config import Learner, StudyConfig
@@ -24,7 +25,7 @@ from hazbot_gym.study.train_config import TrainConfig, load_training
 from hazbot_gym.utils.yaml_loader import read_yaml
 
 TUNED, TRAINED = "tuned", "trained"
-_FILE = "learned:path="
+_FILE = spec_of("learned", {"path": ""})
 
 
 class Entrant(NamedTuple):
@@ -41,23 +42,27 @@ class Job(NamedTuple):
     arguments: tuple[Any, ...]
 
 
-def check(study: StudyConfig) -> None:
+def check(study: StudyConfig, allowed: Permissions = NO_CODE) -> None:
     """Check that all who are to be tuned or trained can be.
 
     Raises:
-        InvalidInput: there is no such family, or a training file cannot be used.
+        InvalidInput: there is no such family, or a training file cannot be used or names a teacher
+            who is not allowed.
     """
     unknown = [family for family in study.tuned if family not in SPACES]
     if unknown:
         raise InvalidInput(f"tuned: given {unknown[0]!r}, allowed are {', '.join(SPACES)}")
     for learner in study.learners:
-        training_of(learner, 0).environments()
+        training = training_of(learner, 0)
+        training.environments()
+        if training.imitation:
+            make(training.imitation.teacher, **allowed._asdict())
 
 
-def jobs(study: StudyConfig, out: Path) -> list[Job]:
+def jobs(study: StudyConfig, out: Path, allowed: Permissions = NO_CODE) -> list[Job]:
     """Return what is still to be done; learners first, which take longest."""
     trainings = [
-        Job(_train, (training_of(learner, k), folder_of(learner, k, out)))
+        Job(_train, (training_of(learner, k), folder_of(learner, k, out), allowed))
         for learner in study.learners
         for k in range(learner.seeds)
         if not (folder_of(learner, k, out) / run_folder.RESULT).exists()
@@ -144,7 +149,7 @@ def trainings(study: StudyConfig, out: Path) -> list[Training]:
     return found
 
 
-def _train(config: TrainConfig, folder: Path) -> None:
+def _train(config: TrainConfig, folder: Path, allowed: Permissions) -> None:
     from hazbot_gym.study import training  # torch is not needed by those who only tune
 
-    training.train(config, folder, resume=True)
+    training.train(config, folder, resume=True, allowed=allowed)

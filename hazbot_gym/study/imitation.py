@@ -15,8 +15,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.policies import ActorCriticPolicy
 
 from hazbot_gym.core.state import Floats
-from hazbot_gym.policies import make
-from hazbot_gym.policies.base import Policy
+from hazbot_gym.policies.base import NO_CODE, Permissions, Policy, make
 from hazbot_gym.study import rollout
 from hazbot_gym.study.train_config import Imitation, TrainConfig
 from hazbot_gym.study.training_envs import TrainingEnvs, require_speeds
@@ -34,15 +33,15 @@ class Lessons(NamedTuple):
         return Lessons(*(None if each is None else each[rows] for each in self))
 
 
-def teacher_of(imitation: Imitation, envs: TrainingEnvs) -> Policy:
-    """Return the teacher of a run.
+def teacher_of(imitation: Imitation, envs: TrainingEnvs, allowed: Permissions = NO_CODE) -> Policy:
+    """Return the teacher of a run, which may run what is allowed.
 
     Raises:
         InvalidInput: There is no such policy, it cannot act on these observations, or actions are
             levels, which nobody shows.
     """
     require_speeds(envs, "imitation")
-    teacher = make(imitation.teacher)
+    teacher = make(imitation.teacher, **allowed._asdict())
     teacher.predict(np.zeros((1, envs.width), np.float32))
     return teacher
 

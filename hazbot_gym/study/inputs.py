@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from hazbot_gym.policies.base import REGISTER
+from hazbot_gym.policies.base import NO_CODE, REGISTER, Permissions
 from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.policies.learned import Learned
 from hazbot_gym.study import provenance
@@ -42,7 +42,8 @@ class Stamps:
     That is code, versions, values, and the files that are read for environment and policies.
     """
 
-    def __init__(self, study: StudyConfig) -> None:
+    def __init__(self, study: StudyConfig, allowed: Permissions = NO_CODE) -> None:
+        self.allowed = allowed  # what policies may run; no stamp depends on it
         self._common = provenance.stamp(study.tracks)
         self._environments, tiers = {}, set()
         for scenarios in study.all_sets:
@@ -62,7 +63,7 @@ class Stamps:
 
     def _policy(self, spec: str) -> str:
         if spec not in self._policies:
-            self._policies[spec] = mark(of_policy(spec, self._blanks))
+            self._policies[spec] = mark(of_policy(spec, self._blanks, self.allowed))
         return self._policies[spec]
 
 
@@ -77,21 +78,22 @@ def of_set(scenarios: ScenarioSet) -> list[Path]:
     return [*([Path(given)] if isinstance(given, str | Path) else []), *input_files(config)]
 
 
-def of_policy(spec: str, blanks: Iterable[Shape]) -> list[Path]:
+def of_policy(spec: str, blanks: Iterable[Shape], allowed: Permissions = NO_CODE) -> list[Path]:
     """Return the files that a policy is read from.
 
     Args:
         spec: What ``policies.base.make`` takes.
         blanks: Shapes of observations that it can be asked about.
+        allowed: What it may run.
     """
     if spec.partition(":")[0] in REGISTER:
-        policy = make_policy(spec)
+        policy = make_policy(spec, **allowed._asdict())
         if not isinstance(policy, Learned):
             return []
         if policy.path.suffix != ".zip":  # whose pickles import modules
             return [policy.path]
     with processes(1) as pool:  # in which nothing is imported yet
-        return [Path(name) for name in pool.submit(_noted, (spec, *blanks)).result()]
+        return [Path(name) for name in pool.submit(_noted, (spec, allowed, *blanks)).result()]
 
 
 def digests(paths: Iterable[Path]) -> dict[str, str]:
@@ -113,7 +115,7 @@ def mark(paths: Iterable[Path]) -> str:
 
 def _noted(task: tuple[Any, ...]) -> list[str]:
     """Make a policy and ask it; return the files outside the installed packages that it used."""
-    spec, *blanks = task
+    spec, allowed, *blanks = task
     opened: set[str] = set()
 
     def note(event: str, arguments: tuple[Any, ...]) -> None:
@@ -125,7 +127,7 @@ def _noted(task: tuple[Any, ...]) -> list[str]:
             opened.add(os.path.abspath(os.fsdecode(arguments[0])))
 
     sys.addaudithook(note)  # for good: the process ends after this
-    policy = make_policy(spec)
+    policy = make_policy(spec, **allowed._asdict())
     for blank in blanks:
         starts = np.ones(blank[:-1] or 1, np.bool_)
         policy.predict(np.zeros(blank, np.float32), episode_start=starts, deterministic=True)

@@ -16,7 +16,7 @@ from rich.console import Console
 
 from hazbot_gym.core.geometry import path_length, sample_path
 from hazbot_gym.core.state import Floats, Place
-from hazbot_gym.policies.base import Actions, Observations, Policy
+from hazbot_gym.policies.base import NO_CODE, Actions, Observations, Permissions, Policy
 from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.study import batch_rollout, records
 from hazbot_gym.study.config import ScenarioSet, StudyConfig
@@ -125,6 +125,7 @@ def record(
     stamp: str,
     threads: int,
     console: Console,
+    allowed: Permissions = NO_CODE,
 ) -> None:
     """Record the replays of a study, unless they are there already.
 
@@ -137,12 +138,16 @@ def record(
         stamp: Of all that the drives depend on.
         threads: That the batched engine may use.
         console: Where it is said which policy does not repeat itself.
+        allowed: What the policies may run.
     """
     chosen = choices(study, rows, best)
     drives = sum((len(each.episodes)) * len(study.shown_names) + bool(each.best) for each in chosen)
     if not isinstance(records.read_rows(path, rows=drives, stamp=stamp), records.Missing):
         return
-    found = [(each, replay(study, each, rows, specs, threads=threads)) for each in chosen]
+    found = [
+        (each, replay(study, each, rows, specs, threads=threads, allowed=allowed))
+        for each in chosen
+    ]
     for name in _unsteady(found):
         console.print(
             f"Replays of {name!r} are other drives than the recorded ones: it does not repeat "
@@ -165,6 +170,7 @@ def replay(
     specs: Mapping[str, str],
     *,
     threads: int = 1,
+    allowed: Permissions = NO_CODE,
 ) -> list[Replay]:
     """Run chosen episodes of a set with all policies that are shown; a learner's first seed.
 
@@ -174,13 +180,14 @@ def replay(
         rows: What was recorded.
         specs: What each policy is made of, by name.
         threads: That the batched engine may use.
+        allowed: What the policies may run.
     """
     scenarios = choice.scenarios
     wanted = rows[(rows["training_seed"] == 0) & (rows["scenario_set"] == scenarios.name)]
     wanted = wanted[wanted["episode"].isin(choice.episodes)]
     recorded = {(row["policy"], row["episode"]): row for row in wanted.to_dict("records")}
     pairs = [(policy, number) for policy in study.shown_names for number in choice.episodes]
-    policies = [make_policy(specs[name]) for name in study.shown_names]
+    policies = [make_policy(specs[name], **allowed._asdict()) for name in study.shown_names]
     lead = [recorded[study.reference_policy, number] for number in choice.episodes]
     runs: dict[int, dict[str, Drive]] = {number: {} for number in choice.episodes}
     again = _run(study, scenarios, policies, [int(row["seed"]) for row in lead], threads)

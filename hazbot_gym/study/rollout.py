@@ -14,7 +14,7 @@ from hazbot_gym.config import Config, make_config
 from hazbot_gym.core.state import ROBOT_RADIUS_M, Floats, Ints, Records
 from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.policies.base import Policy
+from hazbot_gym.policies.base import NO_CODE, Permissions, Policy
 from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.study import batch_rollout
 from hazbot_gym.study.actions import playable
@@ -44,6 +44,7 @@ class Block(NamedTuple):
     engine: Engine = "batched"
     spec: str = ""  # what the policy is made of, where that is not its name
     training_seed: int = 0  # which of a learner's policies it is
+    allowed: Permissions = NO_CODE  # what its policy may run; no number depends on it
 
 
 def evaluate(
@@ -54,6 +55,7 @@ def evaluate(
     seed: int = 0,
     overrides: Mapping[str, Any] | None = None,
     engine: str = "batched",
+    allow_pickle: bool = False,
 ) -> list[Row]:
     """Run a policy for some episodes and return one row of metrics each.
 
@@ -65,6 +67,7 @@ def evaluate(
             the same episodes as in ``hazbot study``.
         overrides: config values that differ from the environment's own.
         engine: ``batched``, or ``pymunk`` for the reference.
+        allow_pickle: whether a ``learned`` zip may run the code that is in it.
 
     Raises:
         InvalidInput: one of the arguments is not usable.
@@ -76,8 +79,9 @@ def evaluate(
     scenarios = scenario_set(env_id, overrides)
     if engine not in get_args(Engine):
         raise InvalidInput(f"engine: given {engine!r}, allowed are {', '.join(get_args(Engine))}")
-    block = Block(policy, scenarios, 0, episodes, seed, engine=engine)  # type: ignore[arg-type]
-    try_out(scenarios, [policy], block.engine)
+    allowed = Permissions(allow_pickle=allow_pickle, allow_code=True)
+    block = Block(policy, scenarios, 0, episodes, seed, engine=engine, allowed=allowed)  # type: ignore[arg-type]
+    try_out(scenarios, [policy], block.engine, allowed)
     return run_block(block, threads=processors.usable())
 
 
@@ -89,13 +93,18 @@ def scenario_set(env_id: str, overrides: Mapping[str, Any] | None = None) -> Sce
     return ScenarioSet(name=name, env=env_id, overrides=changes)
 
 
-def try_out(scenarios: ScenarioSet, policies: Iterable[str], engine: Engine) -> Config:
+def try_out(
+    scenarios: ScenarioSet,
+    policies: Iterable[str],
+    engine: Engine,
+    allowed: Permissions = NO_CODE,
+) -> Config:
     """Ask each policy for an action in the environment of a set, and return the resolved config.
 
     Raises:
         InvalidInput: one of them cannot be made, or they do not fit each other.
     """
-    made = {name: make_policy(name) for name in policies}
+    made = {name: make_policy(name, **allowed._asdict()) for name in policies}
     if engine == "batched":
         config, _ = resolve(scenarios)
         batch_rollout.try_out(config, made)
@@ -115,7 +124,7 @@ def run_block(block: Block, threads: int = 1) -> list[Row]:
         block: what to run.
         threads: that the batched engine may use.
     """
-    policy = make_policy(block.spec or block.policy)
+    policy = make_policy(block.spec or block.policy, **block.allowed._asdict())
     indices = range(block.first, block.first + block.episodes)
     seeds = [episode_seed(block.seed, block.scenarios.name, index) for index in indices]
     if block.engine == "batched":

@@ -36,6 +36,7 @@ try:
 except ImportError as error:
     raise MissingExtra((error.name or "tensorboard").replace("_", "-"), "train") from error
 
+from hazbot_gym.policies.base import NO_CODE, Permissions
 from hazbot_gym.policies.residual import on_its_base
 from hazbot_gym.study import checkpoints, provenance, rollout
 from hazbot_gym.study.algorithms import make_model
@@ -64,6 +65,7 @@ def train(
     *,
     resume: bool = False,
     console: Console | None = None,
+    allowed: Permissions = NO_CODE,
 ) -> Result:
     """Run a training, or what is left of one, and export its best policy.
 
@@ -74,6 +76,7 @@ def train(
         out: Folder of its files: new, empty, or with ``resume`` this run's own.
         resume: Whether to go on from the last checkpoint, if there is one.
         console: Where progress goes; None for nowhere.
+        allowed: What a teacher that the config names may run.
 
     Raises:
         InvalidInput: Something about the config or the folder is not usable; nothing was written.
@@ -84,10 +87,10 @@ def train(
     envs: Any = make_envs(config)
     if config.residual:
         envs = ResidualEnvs(envs, config.residual)
-    model: Any = make_model(config, envs)
+    model: Any = make_model(config, envs, allowed)
     teacher = None
     if config.imitation and config.algorithm not in PUPILS:
-        teacher = teacher_of(config.imitation, envs)
+        teacher = teacher_of(config.imitation, envs, allowed)
     if not (out / MANIFEST).exists():
         write_json(out / MANIFEST, manifest(config))
     stretches = Stretches(config, out, console)

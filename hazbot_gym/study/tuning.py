@@ -81,17 +81,11 @@ def tune(
     while len(trials) < search.trials:
         number = len(trials)
         options = _next_options(space, trials, search.seed) if number else _defaults(search.family)
-        policy = spec_of(search.family, options)
+        policy = base.spec_of(search.family, options)
         trials.append({"policy": policy, "options": options, **_judge(policy, search, threads)})
         files.write_json(path, _record(search, trials))
         on_progress()
     return _record(search, trials)
-
-
-def spec_of(family: str, options: dict[str, Any]) -> str:
-    """Return the line of text that makes a family's policy with some options."""
-    values = (f"{name}={value}" for name, value in options.items())
-    return f"{family}:{','.join(values)}"
 
 
 def _space_of(family: str) -> Space:

@@ -49,6 +49,7 @@ class Show(NamedTuple):
         seed: Root of the seeds of all episodes.
         overrides: Config values that differ from the environment's own.
         speed: Times as fast as in reality.
+        allow_pickle: Whether a ``learned`` zip may run the code that is in it.
     """
 
     policy: str
@@ -57,6 +58,7 @@ class Show(NamedTuple):
     seed: int = 0
     overrides: Mapping[str, Any] = MappingProxyType({})
     speed: float = 1.0
+    allow_pickle: bool = False
 
 
 class Watched(gymnasium.Wrapper[Any, Any, Any, Any]):
@@ -152,7 +154,7 @@ def _make(show: Show) -> tuple[gymnasium.Env[Any, Any], float]:
 
 
 def _play(show: Show, env: gymnasium.Env[Any, Any], screen: Screen) -> list[Row]:
-    policy, watched = make_policy(show.policy), Watched(env, screen)
+    policy, watched = make_policy(show.policy, allow_pickle=show.allow_pickle), Watched(env, screen)
     name = scenario_set(show.env_id, show.overrides).name
     rows: list[Row] = []
     for index in itertools.count():

@@ -15,6 +15,7 @@ import numpy as np
 
 from hazbot_gym.config import Config, make_config
 from hazbot_gym.core.state import Floats
+from hazbot_gym.policies.base import NO_CODE, Permissions
 from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.study import batch_rollout, clairvoyant
 from hazbot_gym.study.config import ScenarioSet
@@ -36,6 +37,7 @@ class Stretch(NamedTuple):
     specs: tuple[str, ...]  # of the policies that a search begins with
     effort: clairvoyant.Effort = clairvoyant.Effort()
     ssm: SsmThresholds = SsmThresholds()
+    allowed: Permissions = NO_CODE  # what the policies may run
 
 
 def run_stretch(stretch: Stretch) -> list[dict[str, Any]]:
@@ -82,14 +84,15 @@ def _exact(config: Config, seeds: Sequence[int]) -> list[clairvoyant.Found]:
 def _searched(config: Config, seeds: Sequence[int], stretch: Stretch) -> list[clairvoyant.Found]:
     """Return the best plan that is found for each scenario, from what the policies did."""
     limit = config.max_episode_steps
+    policies = [make_policy(spec, **stretch.allowed._asdict()) for spec in stretch.specs]
     drives = [
         [
             _lengthened(_commanded(episode, config), limit)
             for episode, _ in batch_rollout.run_episodes(
-                config, make_policy(spec), seeds, limit=limit, threads=1
+                config, policy, seeds, limit=limit, threads=1
             )
         ]
-        for spec in stretch.specs
+        for policy in policies
     ]
     return [
         clairvoyant.search(

@@ -14,6 +14,7 @@ from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.policies import learned
 from hazbot_gym.policies.actor import Actor
 from hazbot_gym.policies.actor_file import describe, write
+from hazbot_gym.policies.base import spec_of
 from hazbot_gym.policies.layer import Layer
 from hazbot_gym.task.observation import LAYOUTS
 
@@ -52,6 +53,28 @@ def test_a_trained_policy_is_made_from_its_file(form: str, file: Path) -> None:
     assert one.dtype == np.float32
 
 
+@pytest.mark.parametrize(
+    "name", ["a,b", "a=b", "path=x", "a:b", " a ", "a,path=b", "[x]", "ü", "a,allow_pickle=true"]
+)
+@pytest.mark.parametrize("form", ["learned:path={}", "learned:{}"])
+def test_a_path_may_have_any_letters(
+    form: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / name).mkdir()
+    save(tmp_path / name / "p,q=r.npz", "tracks", 0.25)
+
+    policy = policies.make(form.format(f"./{name}/p,q=r.npz"))
+
+    assert policy.predict(np.zeros(48, np.float32))[0].tolist() == [0.25]
+    assert policies.make(spec_of("learned", {"path": tmp_path / name / "p,q=r.npz"}))
+
+
+def test_a_zip_that_no_model_is_in_is_one_line() -> None:
+    with pytest.raises(InvalidInput, match="no model that Stable-Baselines3 saved"):
+        policies.make("learned:nowhere.zip", allow_pickle=True)
+
+
 def test_it_needs_no_torch(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("torch", "stable_baselines3", "sb3_contrib"):
         monkeypatch.setitem(sys.modules, name, None)
@@ -72,9 +95,9 @@ def test_another_tier_and_drawn_actions_are_refused_in_one_line(file: Path) -> N
         ("learned:nowhere.npz", "there is no file 'nowhere.npz'"),
         ("learned:{here}", "is damaged, or no trained policy of hazbot_gym"),
         ("learned:model.zip", "runs code that is in it; .*--allow-pickle"),
-        ("learned:nowhere.zip,allow_pickle=true", "no model that Stable-Baselines3 saved"),
-        ("learned", "path"),
-        ("learned:a.npz,allow_pickle=perhaps", "allow_pickle = 'perhaps' is not allowed"),
+        ("learned:nowhere.zip,allow_pickle=true", "cannot allow itself pickle; .*--allow-pickle"),
+        ("learned", "'learned' names no file; give learned:path=FILE"),
+        ("learned:path=", "'learned:path=' names no file"),
     ],
 )
 def test_mistakes_are_one_line(spec: str, complaint: str) -> None:
@@ -92,7 +115,7 @@ def test_a_zip_is_loaded_where_that_is_allowed(
 ) -> None:
     model = algorithm("MlpPolicy", blank(levels=levels), seed=0, device="cpu")
     model.save(tmp_path / "model.zip")
-    policy = policies.make(f"learned:{tmp_path / 'model.zip'},allow_pickle=true")
+    policy = policies.make(f"learned:{tmp_path / 'model.zip'}", allow_pickle=True)
     expected, _ = model.predict(seen(), deterministic=True)
     actions, _ = policy.predict(seen())
     assert actions == pytest.approx(expected[:, None] / 2 - 1 if levels else expected)
@@ -108,7 +131,7 @@ def test_a_zip_without_the_extra_names_it(
     PPO("MlpPolicy", blank(), device="cpu").save(tmp_path / "model.zip")
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
     with pytest.raises(MissingExtra, match=r"pip install 'hazbot-gym\[train\]'"):
-        policies.make(f"learned:{tmp_path / 'model.zip'},allow_pickle=true")
+        policies.make(f"learned:{tmp_path / 'model.zip'}", allow_pickle=True)
 
 
 # --- the shipped ones ----------------------------------------------------------------------------

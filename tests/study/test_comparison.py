@@ -12,10 +12,13 @@ import pytest
 from rich.console import Console
 
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies.base import NO_CODE, Permissions
 from hazbot_gym.study import entrants, files, provenance, records, workers
 from hazbot_gym.study.comparison import Shard, plan, plan_yardstick, run_study
 from hazbot_gym.study.config import StudyConfig, Yardstick, load_study
+from hazbot_gym.study.inputs import Stamps
 
+CODE = Permissions(allow_code=True)
 STUDY = load_study(
     policies=["constant:1.0", "constant:0.5"],
     sets=["E*", "Crossing"],
@@ -232,10 +235,10 @@ def test_an_edited_policy_of_ones_own_is_run_again_and_no_other(
         episodes=2,
         episodes_per_shard=1,
     )
-    run_study(study, tmp_path / "out")
+    run_study(study, tmp_path / "out", allowed=CODE)
     assert len(inline.blocks) == 4
     source.write_text(text + "# better\n")
-    run_study(study, tmp_path / "out")
+    run_study(study, tmp_path / "out", allowed=CODE)
     assert [block.policy for block in inline.blocks] == ["my_policy_under_test:Mine"] * 2
 
 
@@ -257,6 +260,37 @@ def test_an_edited_place_is_run_again_and_no_other_set(
     assert is_longer.tolist() == [False, False, True, True]
 
 
+def test_no_number_and_no_stamp_depends_on_what_is_allowed(tmp_path: Path) -> None:
+    taking_part = entrants.entrants(STUDY, tmp_path)
+    plans = [
+        list(plan(STUDY, tmp_path, taking_part, Stamps(STUDY, allowed)))
+        for allowed in (CODE, NO_CODE)
+    ]
+    assert [each.stamp for each in plans[0]] == [each.stamp for each in plans[1]]
+    assert {each.block.allowed for each in plans[0]} == {CODE}
+
+
+@pytest.mark.slow
+def test_workers_run_code_of_the_working_folder_where_that_is_allowed_and_nothing_else_of_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("yaml", "pandas", "hazbot_gym"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('run from the working folder')\n")
+    (tmp_path / "of_this_folder.py").write_text(
+        "from hazbot_gym.policies.constant import Constant\nhalf = Constant(0.5)\n"
+    )
+    study = load_study(
+        policies=["constant:0.5", "of_this_folder:half"], sets=["E*"], episodes=1, resamples=100
+    )
+
+    run_study(study, tmp_path / "out", workers=2, allowed=CODE)
+
+    rows = records.read_episodes(tmp_path / "out" / records.EPISODES)
+    assert rows["return"].nunique() == 1
+    assert set(rows["policy"]) == {"constant:0.5", "of_this_folder:half"}
+
+
 def test_a_folder_of_another_study_is_refused_and_left_alone(
     inline: type[InlinePool], parallel: Path
 ) -> None:
@@ -272,6 +306,9 @@ def test_a_folder_of_another_study_is_refused_and_left_alone(
     [
         ({"policies": ["constant:1.0", "constant:fraction=2"]}, "fraction"),
         ({"policies": ["telepathy"]}, "telepathy"),
+        ({"policies": ["my_own:Policy"]}, "--allow-code"),
+        ({"policies": ["learned:path=evil.zip"]}, "--allow-pickle"),
+        ({"policies": ["learned:path=evil.zip,allow_pickle=true"]}, "--allow-pickle"),
         ({"sets": [{"name": "x", "env": "hazbot_gym/Nowhere-v0"}]}, "Nowhere"),
         (
             {

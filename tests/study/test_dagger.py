@@ -115,6 +115,8 @@ def test_a_teacher_is_there_unless_one_is_named() -> None:
         ({"algorithm": "bc", "options": {"beta": 0.5}}, "^options: bc cannot use them: .*'beta'"),
         ({"options": {"n_steps": 5}}, "^options: dagger cannot use them: .*'n_steps'"),
         ({"imitation": {"teacher": "nobody"}}, "policy: 'nobody'"),
+        ({"imitation": {"teacher": "my_own:Teacher"}}, "'my_own:Teacher' comes from a file .*code"),
+        ({"imitation": {"teacher": "learned:e.zip"}}, "--allow-pickle"),
         ({"imitation": {"teacher": f"learned:{SHIPPED / 'ppo_sonar.npz'}"}}, "^tier: given"),
         ({"overrides": {"action_type": "discrete"}}, "^imitation: given action_type 'discrete'"),
     ],

@@ -217,3 +217,16 @@ def test_changes_of_a_learner_go_into_the_sections_of_its_file(tmp_path: Path) -
     run = entrants.training_of(kept, 2)
     assert run.overrides == {"reward": {"burden": 0.0, "intrusion": -1.0}, "tier": "sonar"}
     assert (run.steps, run.seed, entrants.training_of(cut, 0).steps) == (7, 2, 5)
+
+
+@pytest.mark.parametrize("teacher", ["my_own:Teacher", "learned:evil.zip"])
+def test_a_teacher_that_runs_code_is_refused_before_anything_is_written(
+    teacher: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "train.yaml"
+    write_text(file, yaml.safe_dump({**TRAINING, "algorithm": "dagger", "options": {}}))
+    learner = Learner(name="pupil", config=file, changes={"imitation": {"teacher": teacher}})
+    study = StudyConfig(policies=("constant:1.0",), learners=(learner,), sets=("E*",))
+    with pytest.raises(InvalidInput, match="--allow-(code|pickle)"):
+        run_study(study, tmp_path / "out")
+    assert not (tmp_path / "out").exists()

@@ -10,6 +10,8 @@ from typing import Any
 import pytest
 import yaml
 
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies import Permissions
 from hazbot_gym.policies.learned import SHIPPED
 from hazbot_gym.study import inputs
 from hazbot_gym.study.config import ScenarioSet, StudyConfig, load_study
@@ -56,7 +58,10 @@ def policy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
 
 
 def test_a_policy_depends_on_all_that_it_imports_and_opens(policy: list[Path]) -> None:
-    assert inputs.of_policy("policy_under_test:Mine", [(2, 3)]) == policy
+    allowed = Permissions(allow_code=True)
+    assert inputs.of_policy("policy_under_test:Mine", [(2, 3)], allowed) == policy
+    with pytest.raises(InvalidInput, match="--allow-code"):
+        inputs.of_policy("policy_under_test:Mine", [(2, 3)])
 
 
 def test_policies_of_the_library_depend_on_their_weights_alone(tmp_path: Path) -> None:

@@ -38,11 +38,9 @@ def test_every_default_lies_inside_its_bounds(family: str) -> None:
 
 @pytest.mark.parametrize("family", SPACES)
 def test_whatever_may_be_tuned_makes_a_policy(family: str) -> None:
-    base.make(tuning.spec_of(family, tuning._defaults(family)))
+    base.make(base.spec_of(family, tuning._defaults(family)))
     for end in (0, -1):
-        base.make(
-            tuning.spec_of(family, {name: each[end] for name, each in SPACES[family].items()})
-        )
+        base.make(base.spec_of(family, {name: each[end] for name, each in SPACES[family].items()}))
 
 
 def test_every_family_with_a_knob_can_be_tuned_by_it() -> None:
