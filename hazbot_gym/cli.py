@@ -306,11 +306,24 @@ def list_all() -> None:
 @app.command()
 def tracks(
     path: Annotated[Path, typer.Argument(help="Track file, or folder of track files.")],
+    fps: Annotated[float | None, typer.Option(help="Frames per second.")] = None,
+    units: Annotated[str | None, typer.Option(help="Of positions: m, cm, mm or px.")] = None,
+    columns: Annotated[
+        str | None, typer.Option(help="Names from left to right, e.g. 'frame id x y -'.")
+    ] = None,
+    metres_per_pixel: Annotated[
+        float | None, typer.Option(help="Scale of positions in pixels.")
+    ] = None,
 ) -> None:
-    """Check real track files and show their statistics."""
-    from hazbot_gym.study import tracks_report
+    """Check real track files: their statistics, and the columns, unit and rate they are read with.
 
-    tracks_report.describe(path, terminal.output_console())
+    The options hold for this command; a JSON beside the file keeps them (docs/tracks.md).
+    """
+    from hazbot_gym.study import tracks_report
+    from hazbot_gym.task.track_files import Options
+
+    options = Options(fps, units, columns, metres_per_pixel)
+    tracks_report.describe(path, terminal.output_console(), options)
 
 
 @app.command()

@@ -18,3 +18,7 @@ class MissingExtra(HazbotError, ImportError):
 
     def __init__(self, package: str, extra: str) -> None:
         super().__init__(f"{package} is not installed: pip install 'hazbot-gym[{extra}]'")
+
+
+class DoubtfulRecording(UserWarning):
+    """A recording of people is read, but signs are that its unit, rate or columns are not right."""

@@ -41,7 +41,7 @@ from hazbot_gym.sim.unattended import walk_unattended
 from hazbot_gym.task.crowd import SPEED_HIGH_MPS, SPEED_LOW_MPS
 from hazbot_gym.task.density import BIN_EDGES, Bin, fundamental_diagram
 from hazbot_gym.task.recorded import inside_corridor, recorded_places
-from hazbot_gym.task.track_files import find_recordings, read_tracks
+from hazbot_gym.task.track_folders import load_tracks
 from hazbot_gym.task.track_statistics import Statistics, statistics
 from hazbot_gym.task.tracks import Recording
 
@@ -87,7 +87,7 @@ def load_runs(folder: Path) -> dict[str, Run]:
     Raises:
         InvalidInput: nothing there can be read, or no run is of a corridor.
     """
-    recordings = [read_tracks(file) for file in find_recordings(folder)]
+    recordings = load_tracks(folder)
     runs = (_run(recording) for recording in recordings if recording.corridor)
     found = {run.recording.name: run for run in runs if run.real.bins}
     if not found:

@@ -7,46 +7,60 @@ from typing import TYPE_CHECKING
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.pattern_events import EVENT_PATTERNS
-from hazbot_gym.task.track_files import find_recordings, read_tracks
+from hazbot_gym.task.track_files import AS_FOUND, Options
+from hazbot_gym.task.track_folders import copies, find_recordings, read_all
 from hazbot_gym.task.track_statistics import Statistics, statistics
+from hazbot_gym.task.tracks import Recording
 from hazbot_gym.utils.terminal import FittedTable
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
-def describe(path: Path, console: Console) -> None:
-    """Print what the recordings of a file or directory hold.
+def describe(path: Path, console: Console, options: Options = AS_FOUND) -> None:
+    """Print what the recordings of a file or directory hold, and how they were read.
 
     Raises:
         InvalidInput: no recording, or some that cannot be read; the others are printed first.
     """
-    found, faults = {}, []
-    files = find_recordings(path)
-    for file in files:
-        try:
-            recording = read_tracks(file)
-        except InvalidInput as fault:
-            faults.append(str(fault))
-        else:
-            found[recording.name] = statistics(recording)
-    if found:
-        console.print(_people_table(found))
-        console.print(_pattern_table(found))
-    for orphan in _descriptions_without_tables(path, files):
-        console.print(f"note: {orphan.name} describes no table beside it", style="yellow")
-    for name, numbers in found.items():
-        if numbers.impossible_steps:
-            console.print(
-                f"warning: {name}: {numbers.impossible_steps} steps faster than 5 m/s",
-                style="yellow",
-            )
-    if faults:
-        raise InvalidInput("; ".join(faults))
+    found = read_all(path, options)
+    numbers = {recording.name: statistics(recording) for recording in found.recordings}
+    if numbers:
+        console.print(_people_table(numbers))
+        console.print(_pattern_table(numbers))
+    for recording in found.recordings:
+        _print(console, _reading(recording))
+    for orphan in _descriptions_without_tables(path):
+        _print(console, f"note: {orphan.name} describes no table beside it", style="yellow")
+    jumps = [
+        f"{name}: {each.impossible_steps} steps faster than 5 m/s"
+        for name, each in numbers.items()
+        if each.impossible_steps
+    ]
+    for doubt in [*found.doubts, *copies(found.recordings), *jumps]:
+        _print(console, f"warning: {doubt}", style="yellow")
+    if found.faults:
+        raise InvalidInput("; ".join(found.faults))
 
 
-def _descriptions_without_tables(path: Path, files: list[Path]) -> list[Path]:
-    stems = {file.with_suffix("") for file in files}
+def _reading(recording: Recording) -> str:
+    """Return with which columns, unit and rate a recording was read, and where each came from."""
+    reading = recording.reading
+    assert reading is not None, "it was read from a file"
+    return (
+        f"{recording.name}: read as {reading.form} ({reading.form_from}), "
+        f"units {reading.unit} ({reading.unit_from}), fps {reading.fps:g} ({reading.fps_from})"
+    )
+
+
+def _print(console: Console, line: str, style: str = "") -> None:
+    console.print(line, style=style, highlight=False, soft_wrap=True)
+
+
+def _descriptions_without_tables(path: Path) -> list[Path]:
+    if not path.is_dir():
+        return []
+    stems = {file.with_suffix("") for file in find_recordings(path)}
     return [file for file in sorted(path.rglob("*.json")) if file.with_suffix("") not in stems]
 
 

@@ -36,7 +36,7 @@ from hazbot_gym.task.crowd import choose_reaction
 from hazbot_gym.task.place_data import PathData, PlaceData, build_place, pad_routes
 from hazbot_gym.task.replay_place import replay_frame
 from hazbot_gym.task.synthetic_tracks import synthetic_recording
-from hazbot_gym.task.track_files import find_recordings, read_tracks
+from hazbot_gym.task.track_folders import find_recordings, load_tracks
 from hazbot_gym.task.track_statistics import Entries, entries
 from hazbot_gym.task.tracks import Recording, resample
 
@@ -63,7 +63,7 @@ def load_recordings(tracks: str | None) -> list[Recording]:
     """
     if tracks is None:
         return [synthetic_recording()]
-    return [read_tracks(file) for file in _recording_files(tracks)]
+    return load_tracks(tracks)
 
 
 def tracks_files(tracks: str | None) -> list[Path]:
@@ -74,16 +74,9 @@ def tracks_files(tracks: str | None) -> list[Path]:
     """
     if tracks is None:
         return []
-    tables = _recording_files(tracks)
+    tables = find_recordings(tracks)
     descriptions = [table.with_suffix(".json") for table in tables]
     return tables + [path for path in descriptions if path.exists() and path not in tables]
-
-
-def _recording_files(tracks: str) -> list[Path]:
-    path = Path(tracks)
-    if not path.exists():
-        raise InvalidInput(f"tracks: given {tracks!r}, there is no such file or folder")
-    return find_recordings(path)
 
 
 def recorded_places(recordings: list[Recording], *, with_entries: bool) -> list[Place]:

@@ -1,196 +1,229 @@
-"""Reading recordings of walking people: the table, its description, units, frame rate and gaps.
+"""Reading recordings of walking people: a table, its description, units, frame rate and gaps.
 
-A table (``track_table``) may have a description beside it, a JSON file of the same name with frame
-rate, unit, walls, corridor, source, licence and citation. What the description does not say is read
-from the table's comments, or recognised, or must be given.
+A table (``track_formats``) may have a description beside it, a JSON file of the same name with
+frame rate, unit, columns, walls, corridor, source, licence and citation. What neither options nor
+the description nor the file say is recognized from the values where only one reading makes people
+walk, or must be given. ``Recording.reading`` holds what was used, and where each came from.
 """
 
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
-from typing import Literal
+from typing import NamedTuple
 
 import numpy as np
-from pydantic import BaseModel, PositiveFloat, ValidationError
 
 from hazbot_gym.core.state import Floats, Ints
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.task.track_table import Table, has_rows_of_numbers, read_table
-from hazbot_gym.task.tracks import Corridor, Recording
+from hazbot_gym.task.track_checks import STILL_MPS, WALKING_MPS, median_speed, walking_speed
+from hazbot_gym.task.track_description import Description, Geometry, read_description
+from hazbot_gym.task.track_formats import Given, Table, read_table
+from hazbot_gym.task.track_formats.table import Unit
+from hazbot_gym.task.tracks import Corridor, Reading, Recording
 
-Unit = Literal["m", "cm", "mm"]
-_METRES: dict[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+_METRES: dict[Unit, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 
-LONGEST_GAP_S = 0.5  # who is lost for longer comes back as somebody else
+LONGEST_GAP_S = 0.5  # whoever is lost for longer is another person afterwards
 FASTEST_MPS = 5.0  # nobody walks faster; when many do, the unit or the frame rate is wrong
-
-_FPS_IN_WORDS = re.compile(r"frame\s*rate\D*(\d+\.?\d*)", re.IGNORECASE)
-_UNIT_IN_WORDS = re.compile(r"\bx\s*(?:/|\[|\(|in\b)\s*(mm|cm|m)\b", re.IGNORECASE)
-
-
-class Geometry(BaseModel):
-    """The place, as a description gives it [m]."""
-
-    corridor_axis: Literal["x", "y"] | None = None
-    corridor_x: tuple[float, float] | None = None
-    corridor_y: tuple[float, float] | None = None
-    walls: list[tuple[tuple[float, float], tuple[float, float]]] = []
+MOST_STEPS = 10_000_000  # of a recording, from its first to its last
+MOST_FILLED = 16  # steps for one sighting, on average: people seen every 0.5 s at 30 Hz
 
 
-class Source(BaseModel):
-    """Where a table was made from."""
+class Options(NamedTuple):
+    """What a user gives to read a file; None leaves it to the description and the file.
 
-    repo: str = ""
-    commit: str = ""
-    path: str = ""
-    original_file: str = ""
+    Attributes:
+        fps: Frames per second.
+        units: Unit of the positions.
+        columns: Names of the columns from left to right, with blanks or commas between.
+        metres_per_pixel: Scale of positions in pixels.
+    """
 
-
-class Description(BaseModel):
-    """What the JSON beside a table may say; other fields are left alone."""
-
-    name: str = ""
-    fps: PositiveFloat | None = None
+    fps: float | None = None
     units: Unit | None = None
-    geometry: Geometry = Geometry()
-    source: str | Source = ""
-    licence: str = ""
-    citation: str = ""
+    columns: str | None = None
+    metres_per_pixel: float | None = None
+
+
+class _Known(NamedTuple):
+    """What options and description say, and which of them."""
+
+    fps: float | None
+    fps_from: str
+    units: Unit | None
+    units_from: str
+    metres_per_pixel: float | None
+    columns: tuple[str, ...] | None
+    columns_from: str
+
+
+AS_FOUND = Options()
 
 
 def read_tracks(
-    path: str | Path, *, fps: float | None = None, unit: Unit | None = None
+    path: str | Path,
+    *,
+    fps: float | None = None,
+    units: Unit | None = None,
+    columns: str | None = None,
+    metres_per_pixel: float | None = None,
 ) -> Recording:
     """Read a recording from a file.
 
     Args:
         path: The file; its description is looked for beside it, with the ending ``.json``.
-        fps: Frames per second; by default what the description or a comment says.
-        unit: Unit of the positions; by default what the description or the names of the columns
-            say, else the largest in which people do not run.
+        fps: See ``Options``, which go before what description and file say.
+        units: As well.
+        columns: As well.
+        metres_per_pixel: As well.
 
     Raises:
-        InvalidInput: the file is missing or malformed, or its frame rate is not known.
+        InvalidInput: the file is missing or malformed, its rate or unit is not known, or people
+            would not walk.
     """
+    options = Options(fps, units, columns, metres_per_pixel)
     path = Path(path)
-    if unit is not None and unit not in _METRES:
-        raise InvalidInput(f"unit must be one of {', '.join(_METRES)}, given {unit!r}")
-    table = read_table(path)
+    _check_options(options)
     described = read_description(path.with_suffix(".json"))
-    if fps is None:
-        fps = described.fps or _fps_in(table.head)
-    if fps is None:
+    known = _known(options, described)
+    table = read_table(path, Given(known.columns, known.columns_from, known.fps))
+    rate, fps_from = (known.fps, known.fps_from) if known.fps else (table.fps, table.fps_from)
+    if rate is None:
         raise InvalidInput(
             f"{path.name}: fps is missing: give it, or put it into {path.stem}.json beside the file"
         )
-    if not 0.0 < fps < math.inf:
-        raise InvalidInput(f"{path.name}: fps must be a positive number, given {fps}")
-    metres = _in_metres(path.name, table, fps, unit or described.units or _unit_in(table.head))
-    return _record(path.stem, table._replace(positions=metres), fps, described)
+    if not 0.0 < rate < math.inf:
+        raise InvalidInput(f"{path.name}: fps must be a positive number, given {rate}")
+    speeds = walking_speed(table.ids, table.frames, table.positions, rate)
+    if not len(speeds):
+        raise InvalidInput(f"{path.name}: nobody is seen in more than one frame")
+    unit, metres, unit_from = _unit(path, table, known, speeds)
+    speed = median_speed(speeds * metres)
+    _check_walking(path.name, table, rate, unit, metres, speed)
+    notes = list(table.notes)
+    if table.fps and abs(rate / table.fps - 1.0) > 0.01:
+        notes.append(f"fps is {rate:g} ({fps_from}), but its {table.fps_from} says {table.fps:g}")
+    reading = Reading(
+        *(table.form, table.form_from, unit, unit_from, rate, fps_from, speed, tuple(notes))
+    )
+    return _record(path, table._replace(positions=table.positions * metres), reading, described)
 
 
-def find_recordings(directory: str | Path) -> list[Path]:
-    """Return the recordings in a directory and those below it; a file is returned as it is.
-
-    Every ``.csv`` is one, and every ``.txt`` with rows of numbers unless a table has the same name
-    or a description names it as the original of a table: nobody is to be read twice.
-
-    Raises:
-        InvalidInput: there are none.
-    """
-    directory = Path(directory)
-    if directory.is_file():
-        return [directory]
-    tables = sorted(directory.rglob("*.csv"))
-    taken = {path.stem for path in tables}
-    taken |= {_original(path) for path in tables}
-    texts = [path for path in sorted(directory.rglob("*.txt")) if path.stem not in taken]
-    found = tables + [path for path in texts if has_rows_of_numbers(path)]
-    if not found:
-        raise InvalidInput(f"tracks: no recordings (.csv or .txt) in {directory}")
-    return found
+# --- columns, unit and rate ----------------------------------------------------------------------
 
 
-def _original(path: Path) -> str:
-    """Return the name without ending of the file from which a table was made, if known."""
-    try:
-        source = read_description(path.with_suffix(".json")).source
-    except InvalidInput:  # whoever reads the table will be told
-        return ""
-    return Path(source.original_file).stem if isinstance(source, Source) else ""
+def _check_options(options: Options) -> None:
+    for name in ("fps", "metres_per_pixel"):
+        value = getattr(options, name)
+        if value is not None and not 0.0 < value < math.inf:
+            raise InvalidInput(f"{name}: given {value}, allowed is a positive number")
+    if options.units is not None and options.units not in (*_METRES, "px"):
+        allowed = ", ".join((*_METRES, "px"))
+        raise InvalidInput(f"units: given {options.units!r}, allowed are {allowed}")
 
 
-def read_description(path: Path) -> Description:
-    """Read a description; an empty one if there is no such file.
-
-    Raises:
-        InvalidInput: the file is not JSON, or a field is not usable.
-    """
-    if not path.exists():
-        return Description()
-    try:
-        return Description.model_validate_json(path.read_bytes())
-    except ValidationError as error:
-        first = error.errors()[0]
-        field = ".".join(str(part) for part in first["loc"])
-        words = [word for word in (path.name, field, first["msg"]) if word]
-        raise InvalidInput(": ".join(words)) from None
-
-
-# --- units and time ------------------------------------------------------------------------------
-
-
-def _fps_in(head: str) -> float | None:
-    found = _FPS_IN_WORDS.search(head)
-    return float(found[1]) if found else None
-
-
-def _unit_in(head: str) -> str | None:
-    found = _UNIT_IN_WORDS.search(head)
-    return found[1].lower() if found else None
-
-
-def _in_metres(name: str, table: Table, fps: float, unit: str | None) -> Floats:
-    """Return the positions in metres; nine of ten steps must be slower than nobody walks."""
-    same = np.diff(table.ids) == 0
-    steps = np.hypot(*np.diff(table.positions, axis=0)[same].T)
-    if not steps.size:
-        raise InvalidInput(f"{name}: nobody is seen in more than one frame")
-    fast = float(np.percentile(steps * fps / np.diff(table.frames)[same], 90))
-    for metres in [_METRES[unit]] if unit else _METRES.values():
-        if fast * metres <= FASTEST_MPS:
-            return table.positions * metres
-    raise InvalidInput(
-        f"{name}: one step in ten is faster than {fast * metres:.0f} m/s: "
-        f"fps {fps:g} or unit {unit or 'mm'} is wrong, or id and frame are swapped"
+def _known(options: Options, described: Description) -> _Known:
+    columns = options.columns if options.columns is not None else described.columns
+    words = columns.replace(",", " ").split() if isinstance(columns, str) else columns
+    return _Known(
+        fps=options.fps or described.fps,
+        fps_from="option" if options.fps else "json",
+        units=options.units or described.units,
+        units_from="option" if options.units else "json",
+        metres_per_pixel=options.metres_per_pixel or described.metres_per_pixel,
+        columns=None if words is None else tuple(words),
+        columns_from="option" if options.columns is not None else "json",
     )
 
 
-def _record(stem: str, table: Table, fps: float, described: Description) -> Recording:
+def _unit(path: Path, table: Table, known: _Known, speeds: Floats) -> tuple[Unit, float, str]:
+    """Return the unit, its size in metres, and where it comes from."""
+    unit, unit_from = table.unit, table.unit_from
+    if known.units:
+        unit, unit_from = known.units, known.units_from
+    scale = known.metres_per_pixel
+    if scale is not None and unit in (None, "px"):
+        return "px", scale, unit_from or "scale"
+    if scale is not None:
+        fault = f"metres_per_pixel is given, but units are {unit} ({unit_from})"
+        raise InvalidInput(f"{path.name}: {fault}")
+    if unit == "px":
+        raise InvalidInput(
+            f"{path.name}: positions are in pixels: give metres_per_pixel, or put "
+            f"it into {path.stem}.json beside the file"
+        )
+    if unit is not None:
+        return unit, _METRES[unit], unit_from
+    low, high = WALKING_MPS
+    for unit, metres in _METRES.items():
+        if low <= median_speed(speeds * metres) <= high:
+            return unit, metres, "guess: people walk"
+    walked = ", ".join(f"{median_speed(speeds * m):.3g} m/s in {u}" for u, m in _METRES.items())
+    raise InvalidInput(
+        f"{path.name}: unit not recognized: people would walk at {walked}; "
+        "fps is wrong, or give units"
+    )
+
+
+def _check_walking(
+    name: str, table: Table, fps: float, unit: Unit, metres: float, speed_mps: float
+) -> None:
+    """Refuse a recording in which nobody walks, or one step in ten is faster than anybody."""
+    same = np.diff(table.ids) == 0
+    steps = np.hypot(*np.diff(table.positions, axis=0)[same].T) * metres
+    fast = float(np.percentile(steps * fps / np.diff(table.frames)[same], 90))
+    if fast > FASTEST_MPS:
+        raise InvalidInput(
+            f"{name}: one step in ten is faster than {fast:.0f} m/s: "
+            f"fps {fps:g} or unit {unit} is wrong, or id and frame are swapped"
+        )
+    if speed_mps < STILL_MPS:
+        raise InvalidInput(
+            f"{name}: nobody walks: the median speed is {speed_mps:.2g} m/s; "
+            f"fps {fps:g} or unit {unit} is wrong, or people only stand"
+        )
+
+
+# --- time and gaps -------------------------------------------------------------------------------
+
+
+def _record(path: Path, table: Table, reading: Reading, described: Description) -> Recording:
     """Put the sightings on equal time steps, person by person."""
     frames = table.frames - table.frames.min()
     frame_step = int(np.gcd.reduce(frames))
-    dt_s = frame_step / fps
+    dt_s = frame_step / reading.fps
     steps = frames // frame_step
+    if steps.max() >= MOST_STEPS:
+        raise InvalidInput(
+            f"{path.name}: it lasts {steps.max() * dt_s:.3g} s in {steps.max() + 1} steps, allowed "
+            f"are {MOST_STEPS}: a frame number or fps is wrong"
+        )
     longest_gap = max(1, int(LONGEST_GAP_S / dt_s + 1e-9))
     is_new = (np.diff(table.ids) != 0) | (np.diff(steps) > longest_gap)
     starts = np.flatnonzero(np.append(True, is_new))
     ends = np.append(starts[1:], len(steps)) - 1
+    lengths = steps[ends] - steps[starts] + 1
+    if lengths.sum() > MOST_FILLED * len(steps):
+        raise InvalidInput(
+            f"{path.name}: {len(steps)} sightings would become {lengths.sum()}: frames have no "
+            f"step in common but {frame_step}; put them on a clock, or name a column of time"
+        )
     place = described.geometry
+    walls = np.array(place.walls, dtype=np.float64).reshape(-1, 4)
     return Recording(
-        name=described.name or stem,
+        name=described.name or path.stem,
         dt_s=dt_s,
         ids=table.ids[starts],
         first_steps=steps[starts],
-        lengths=steps[ends] - steps[starts] + 1,
+        lengths=lengths,
         positions=_fill_gaps(steps, table.positions, starts, ends),
-        walls=np.array(place.walls, dtype=np.float64).reshape(-1, 4),
-        corridor=_corridor(stem, place),
-        source=_source_in_words(described.source),
+        walls=walls if "walls" in place.model_fields_set else table.walls,
+        corridor=_corridor(path.stem, place),
+        source=str(described.source),
         licence=described.licence,
         citation=described.citation,
+        reading=reading,
     )
 
 
@@ -204,12 +237,6 @@ def _fill_gaps(steps: Ints, positions: Floats, starts: Ints, ends: Ints) -> Floa
     clock = steps + np.repeat(shifts, ends - starts + 1)
     wanted = np.arange(lengths.sum())
     return np.stack([np.interp(wanted, clock, axis) for axis in positions.T], axis=1)
-
-
-def _source_in_words(source: str | Source) -> str:
-    if isinstance(source, str):
-        return source
-    return " ".join(part for part in (source.repo, source.commit, source.path) if part)
 
 
 def _corridor(stem: str, place: Geometry) -> Corridor | None:

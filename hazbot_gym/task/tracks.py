@@ -24,6 +24,30 @@ class Corridor(NamedTuple):
     y_m: tuple[float, float]
 
 
+class Reading(NamedTuple):
+    """With what a recording was read, and where each came from.
+
+    Attributes:
+        form: Format of the file, or its columns.
+        form_from: Where the order of the columns comes from.
+        unit: Unit of the positions in the file.
+        unit_from: Where it comes from.
+        fps: Frames per second.
+        fps_from: Where they come from.
+        speed_mps: Median walking speed [m/s].
+        notes: What was left out or contradicts, a sentence each.
+    """
+
+    form: str
+    form_from: str
+    unit: str
+    unit_from: str
+    fps: float
+    fps_from: str
+    speed_mps: float
+    notes: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True, eq=False)
 class Recording:
     """People's tracks at constant time steps.
@@ -40,6 +64,7 @@ class Recording:
         source: Where the file came from.
         licence: Under which terms.
         citation: Whom to name.
+        reading: With what it was read from a file.
     """
 
     name: str
@@ -53,6 +78,7 @@ class Recording:
     source: str = ""
     licence: str = ""
     citation: str = ""
+    reading: Reading | None = None
 
     @property
     def people(self) -> int:

@@ -17,6 +17,10 @@ from hazbot_gym.study.files import read_json
 
 RECORD = Path(__file__).parents[2] / "benchmarks" / "calibration.json"
 
+pytestmark = pytest.mark.filterwarnings(  # the folder may hold files of other kinds
+    "ignore:not read:hazbot_gym.errors.DoubtfulRecording"
+)
+
 
 @pytest.fixture(scope="module")
 def runs(tracks_dir: Path) -> dict[str, Run]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.task.track_files import find_recordings, read_tracks
+from hazbot_gym.task.track_files import read_tracks
 from hazbot_gym.task.tracks import Corridor
 
 WALK = "frame,id,x,y\n" + "".join(f"{10 + k},1,{0.1 * k:.1f},0\n" for k in range(9))  # 1 m/s
@@ -74,7 +74,7 @@ def test_unit_is_recognised_or_told(tmp_path: Path, unit: str, how: str) -> None
     description = {"units": unit} if how == "description" else {}
     path = written(tmp_path, head + rows, "walk.txt", **description)
 
-    recording = read_tracks(path, fps=10, unit=unit if how == "option" else None)
+    recording = read_tracks(path, fps=10, units=unit if how == "option" else None)
 
     assert recording.positions[-1] == pytest.approx([0.8, 1.0])
 
@@ -84,7 +84,7 @@ def test_short_gap_is_filled_and_long_one_makes_two_people(tmp_path: Path) -> No
     rows = "".join(f"4 {k} {0.1 * k} {0.2 * k}\n" for k in frames)
     path = written(tmp_path, "".join(f"3 {k} 0 0\n" for k in range(3, 6)) + rows, "walk.txt")
 
-    recording = read_tracks(path, fps=10, unit="m")
+    recording = read_tracks(path, fps=10, units="m")
 
     assert recording.ids.tolist() == [3, 4, 4]
     assert recording.first_steps.tolist() == [3, 0, 14]
@@ -97,15 +97,26 @@ def test_short_gap_is_filled_and_long_one_makes_two_people(tmp_path: Path) -> No
     ("options", "description", "complaint"),
     [
         ({}, {}, "walk.csv: fps is missing"),
-        ({"fps": -1}, {}, "walk.csv: fps must be a positive number, given -1"),
-        ({"fps": 10, "unit": "km"}, {}, "unit must be one of m, cm, mm, given 'km'"),
+        ({"fps": -1}, {}, "fps: given -1, allowed is a positive number"),
+        ({"fps": 10, "units": "km"}, {}, "units: given 'km', allowed are m, cm, mm, px"),
         ({"fps": 600}, {"units": "m"}, "one step in ten is faster than 60 m/s"),
-        ({}, {"fps": 0}, "walk.json: fps: Input should be greater than 0"),
         (
-            {"fps": 10},
-            {"geometry": {"walls": [[1, 2, 3, 4]]}},
-            "walk.json: geometry.walls.0: Tuple",
+            {"fps": 10, "metres_per_pixel": 0},
+            {},
+            "metres_per_pixel: given 0, allowed is a",
         ),
+        ({"fps": float("nan")}, {}, "fps: given nan, allowed is a positive number"),
+        (
+            {"fps": 10, "units": "px"},
+            {},
+            "walk.csv: positions are in pixels: give",
+        ),
+        (
+            {"fps": 10, "metres_per_pixel": 0.05},
+            {"units": "cm"},
+            "walk.csv: metres_per_pixel is given, but units are cm (json)",
+        ),
+        ({"fps": 10, "columns": "frame id x"}, {}, "walk.csv: columns: given 'frame id x', needed"),
         (
             {"fps": 10},
             {"geometry": {"corridor_axis": "x", "corridor_x": [1, 0], "corridor_y": [0, 1]}},
@@ -125,43 +136,11 @@ def test_what_cannot_be_used_is_refused(
     assert "\n" not in str(caught.value)
 
 
-def test_description_that_is_not_json_is_refused(tmp_path: Path) -> None:
-    path = written(tmp_path, WALK)
-    path.with_suffix(".json").write_text("fps = 10")
-
-    with pytest.raises(InvalidInput, match=r"walk\.json: Invalid JSON"):
-        read_tracks(path)
-
-
 def test_single_frame_is_no_recording(tmp_path: Path) -> None:
-    path = written(tmp_path, "0 0 0 0\n1 0 1 1\n", "walk.txt")
+    path = written(tmp_path, "# id frame x y\n0 0 0 0\n1 0 1 1\n", "walk.txt")
 
     with pytest.raises(InvalidInput, match="nobody is seen in more than one frame"):
         read_tracks(path, fps=10)
-
-
-def test_originals_are_not_found_twice(tmp_path: Path) -> None:
-    rows = "1 0 0 0\n1 1 0.1 0\n"
-    (tmp_path / "original").mkdir()
-    written(tmp_path, WALK, "a.csv", source={"original_file": "original/a_obsmat.txt"})
-    written(tmp_path, WALK, "b.csv", source="by hand")
-    written(tmp_path, WALK, "c.csv").with_suffix(".json").write_text("{")
-    written(tmp_path, rows, "original/a_obsmat.txt")
-    written(tmp_path, rows, "original/b.txt")
-    written(tmp_path, rows, "original/d.txt")
-    written(tmp_path, "How to walk\n", "README.txt")
-    written(tmp_path, "1 0 0\n0 1 0\n0 0 1\n", "homography.txt")
-
-    found = [path.name for path in find_recordings(tmp_path)]
-
-    assert found == ["a.csv", "b.csv", "c.csv", "d.txt"]
-
-
-def test_single_file_is_found_and_an_empty_folder_refused(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="no recordings"):
-        find_recordings(tmp_path)
-    path = written(tmp_path, WALK)
-    assert find_recordings(path) == [path]
 
 
 @pytest.mark.parametrize(
@@ -181,10 +160,110 @@ def test_originals_agree_with_the_tables_made_from_them(
     assert np.abs(from_original.positions - from_table.positions).max() < 1e-3
 
 
-def test_every_real_recording_is_read_once(tracks_dir: Path) -> None:
-    recordings = [read_tracks(path) for path in find_recordings(tracks_dir)]
+CROWD = "frame,id,x,y\n" + "".join(  # 1.25 m/s at 2.5 Hz
+    f"{10 * k},{p},{0.5 * k},{p}\n" for k in range(40) for p in (1, 2, 3)
+)
 
-    assert len({recording.name for recording in recordings}) == len(recordings)
-    for recording in recordings:
-        assert recording.people == len(np.unique(recording.ids)), "no track was split"
-        assert recording.licence
+
+def test_frame_id_x_y_without_names_is_not_taken_for_id_frame_x_y(tmp_path: Path) -> None:
+    rows = CROWD.split("\n", 1)[1].replace(",", "\t")
+    recording = read_tracks(written(tmp_path, rows, "walk.txt", fps=25))
+
+    assert (recording.people, recording.dt_s) == (3, 0.4)
+    assert recording.tracks()[1][-1].tolist() == [19.5, 2.0]
+    assert recording.reading is not None
+    assert recording.reading.form == "frame id x y"
+    assert recording.reading.form_from == "recognized from the values"
+
+
+def test_reading_says_what_was_used_and_where_it_came_from(tmp_path: Path) -> None:
+    described = written(tmp_path, CROWD, "a.csv", fps=25)
+    by_json = read_tracks(described).reading
+    by_option = read_tracks(described, fps=25, units="m", columns="frame id x y").reading
+
+    assert by_json is not None
+    assert by_json[:6] == (
+        *("frame id x y", "names in the file", "m", "guess: people walk"),
+        *(25.0, "json"),
+    )
+    assert by_json.speed_mps == pytest.approx(1.25)
+    assert by_option is not None
+    assert by_option[:6] == ("frame id x y", "option", "m", "option", 25, "option")
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        ({"fps": 250}, "unit not recognized: people would walk at 12.5 m/s in m, 0.125 m/s in cm"),
+        ({"fps": 2.5}, "unit not recognized: people would walk at 0.125 m/s in m"),
+        ({"fps": 25, "units": "mm"}, "nobody walks: the median speed is 0.0013 m/s"),
+        ({"fps": 250, "units": "m"}, "one step in ten is faster than 12 m/s"),
+    ],
+)
+def test_unit_in_which_people_would_not_walk_is_never_guessed(
+    tmp_path: Path, options: dict[str, Any], complaint: str
+) -> None:
+    with pytest.raises(InvalidInput, match=complaint):
+        read_tracks(written(tmp_path, CROWD), **options)
+
+
+def test_latitude_and_longitude_are_refused(tmp_path: Path) -> None:
+    rows = "".join(f"{k},1,{50.9 + 1e-6 * k},{6.4 + 1e-6 * k}\n" for k in range(100))
+    path = written(tmp_path, "frame,id,x,y\n" + rows)
+
+    for units in ("m", None):
+        with pytest.raises(InvalidInput, match="nobody walks|unit not recognized"):
+            read_tracks(path, fps=10, units=units)
+
+
+def test_one_person_who_only_stands_is_refused(tmp_path: Path) -> None:
+    path = written(tmp_path, "frame,id,x,y\n" + "".join(f"{k},1,2,3\n" for k in range(50)))
+
+    with pytest.raises(InvalidInput, match="nobody walks: the median speed is 0 m/s"):
+        read_tracks(path, fps=10, units="m")
+
+
+def test_pixels_become_metres_by_the_scale(tmp_path: Path) -> None:
+    rows = "".join(f'7 {k} 100 {k + 8} 120 {k} 0 0 0 "Pedestrian"\n' for k in range(60))
+    path = written(tmp_path, rows, "annotations.txt")
+
+    with pytest.raises(InvalidInput, match="annotations.txt: positions are in pixels: give metres"):
+        read_tracks(path, fps=30)
+    recording = read_tracks(path, fps=30, metres_per_pixel=0.04)
+    assert recording.positions[0].tolist() == pytest.approx([4 * 0.04, 110 * 0.04])
+    assert recording.reading is not None
+    assert (recording.reading.unit, recording.reading.unit_from) == ("px", "format")
+
+
+def test_columns_and_scale_can_be_told_beside_the_file(tmp_path: Path) -> None:
+    rows = "".join(f"{k} 1 {25 * k} 0 9\n" for k in range(20))
+    words = {"columns": ["frame", "id", "x", "y", "-"], "metres_per_pixel": 0.04, "units": "px"}
+    recording = read_tracks(written(tmp_path, rows, "walk.txt", fps=1, **words))
+
+    assert recording.positions[:2].tolist() == [[0, 0], [1, 0]]
+
+
+@pytest.mark.parametrize(
+    ("rows", "fps", "complaint"),
+    [
+        ("0,1,0,0\n1,1,0.1,0\n1000000000000000,2,0,0\n", 10, "in 1000000000000001 steps, allowed"),
+        (
+            "".join(f"{100_003 * k + k % 7},{k % 2},{0.05 * k},0\n" for k in range(60)),
+            1e6,
+            "60 sightings would become 11600",
+        ),
+    ],
+)
+def test_frames_that_would_fill_the_memory_are_refused(
+    tmp_path: Path, rows: str, fps: float, complaint: str
+) -> None:
+    with pytest.raises(InvalidInput, match=complaint):
+        read_tracks(written(tmp_path, "frame,id,x,y\n" + rows), fps=fps, units="m")
+
+
+def test_rate_of_the_file_that_another_overrules_is_a_note(tmp_path: Path) -> None:
+    path = written(tmp_path, "# framerate: 25\n" + CROWD)
+
+    reading = read_tracks(path, fps=30).reading
+    assert reading is not None
+    assert reading.notes == ("fps is 30 (option), but its comment says 25",)

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hazbot_gym.task.track_files import find_recordings, read_tracks
+from hazbot_gym.task.track_files import read_tracks
+from hazbot_gym.task.track_folders import find_recordings
 from hazbot_gym.task.tracks import Recording, resample, window
 
 

@@ -1,0 +1,126 @@
+"""The table that every reader of a track format returns, and what the user gave to read it.
+
+Checks that hold for all formats are here: finite numbers, whole ids and frames, one sighting of a
+person in a frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from hazbot_gym.core.state import Floats, Ints
+from hazbot_gym.errors import InvalidInput
+
+Unit = Literal["m", "cm", "mm", "px"]
+
+MOST_BYTES = 1 << 30  # of a file
+LARGEST_WHOLE = 2**53  # ids and frames are read as float64
+LARGEST_POSITION = 1e9  # in any unit
+NO_WALLS: Floats = np.zeros((0, 4))
+
+
+READ = (
+    "tables with columns named id, frame or time, x and y; without names 'id frame x y [z]', "
+    "'frame id x y [vx vy]' and obsmat; TrajNet++ .ndjson; JuPedSim .sqlite; Juelich .h5; "
+    "Stanford Drone annotations"
+)
+
+
+class UnknownFormat(InvalidInput):
+    """A file is in none of the formats that are read."""
+
+    def __init__(self, name: str, what: str) -> None:
+        super().__init__(f"{name}: unknown format: {what}; read are {READ}")
+
+
+class Given(NamedTuple):
+    """What options and the description say about a table; None where they say nothing.
+
+    Attributes:
+        columns: Names of the columns, from left to right.
+        columns_from: Where the names come from.
+        fps: Frames per second, for time stamps without a rate of their own.
+    """
+
+    columns: tuple[str, ...] | None = None
+    columns_from: str = ""
+    fps: float | None = None
+
+
+NOTHING = Given()
+
+
+class Table(NamedTuple):
+    """Sightings sorted by person and frame.
+
+    Attributes:
+        ids: (N,) number of the person.
+        frames: (N,) number of the frame.
+        positions: (N, 2) in the file's unit.
+        form: Name of the format, with the order of the columns where it has one.
+        form_from: Where the order comes from.
+        fps: Frames per second, if the file says so, and where it says so.
+        fps_from: Where the rate comes from.
+        unit: Unit of the positions, if the file or its format says so.
+        unit_from: Where the unit comes from.
+        walls: (W, 4) segments x1, y1, x2, y2, in metres.
+        notes: What was left out, a sentence each.
+    """
+
+    ids: Ints
+    frames: Ints
+    positions: Floats
+    form: str
+    form_from: str = "format"
+    fps: float | None = None
+    fps_from: str = ""
+    unit: Unit | None = None
+    unit_from: str = ""
+    walls: Floats = NO_WALLS
+    notes: tuple[str, ...] = ()
+
+
+def sorted_sightings(
+    name: str,
+    ids: Floats | Ints,
+    frames: Floats | Ints,
+    positions: Floats,
+    place_of: Callable[[int], str] = "row {}".format,
+) -> tuple[Ints, Ints, Floats]:
+    """Return ids, frames and positions sorted by person and frame.
+
+    Args:
+        name: of the file.
+        ids: (N,) number of the person.
+        frames: (N,) number of the frame.
+        positions: (N, 2).
+        place_of: Tells where row i is in the file.
+
+    Raises:
+        InvalidInput: a number cannot be used, or a person is seen twice in a frame.
+    """
+
+    def refuse(is_bad: npt.ArrayLike, fault: str) -> None:
+        if np.any(is_bad):
+            raise InvalidInput(f"{name}: {place_of(int(np.argmax(is_bad)))}: {fault}")
+
+    if not len(ids):
+        raise InvalidInput(f"{name}: is empty, there is no position in it")
+    ids, frames = ids.astype(np.float64), frames.astype(np.float64)
+    is_odd = ~(np.isfinite(ids) & np.isfinite(frames) & np.isfinite(positions).all(axis=1))
+    refuse(is_odd, "a cell is not a finite number")
+    whole = np.column_stack([ids, frames])
+    refuse((whole % 1.0 != 0.0).any(axis=1), "id and frame must be whole numbers")
+    is_far = (np.abs(whole) > LARGEST_WHOLE).any(axis=1)
+    refuse(is_far, f"id and frame must be at most {LARGEST_WHOLE}")
+    refuse((np.abs(positions) > LARGEST_POSITION).any(axis=1), "a position beyond 1e9")
+    order = np.lexsort((frames, ids))
+    people, times = ids[order].astype(np.int64), frames[order].astype(np.int64)
+    is_again = np.zeros(len(order), dtype=np.bool_)
+    is_again[order[1:]] = (np.diff(people) == 0) & (np.diff(times) == 0)
+    refuse(is_again, "this person was already seen in this frame")
+    return people, times, positions[order]
