@@ -9,7 +9,6 @@ from __future__ import annotations
 import contextlib
 import errno
 import json
-import os
 import re
 import shlex
 import sys
@@ -46,9 +45,10 @@ class _OneLineErrors(typer.core.TyperGroup):
     def make_context(self, info_name: Any, args: list[str], *more: Any, **extra: Any) -> Any:
         """Parse what stands before the command; without arguments the help is shown."""
         with _one_line_errors() if args else contextlib.nullcontext():
-            for given in args:
+            for given, before in zip(args, ("", *args), strict=False):
                 if not given or re.fullmatch("--[a-z-]+=", given):
-                    raise InvalidInput(f"{given or 'an argument'} is empty, allowed is some text")
+                    name = given or (before if before.startswith("--") else "an argument")
+                    raise InvalidInput(f"{name.strip('-=')} is empty, allowed is some text")
             return super().make_context(info_name, args, *more, **extra)
 
     def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
@@ -236,9 +236,8 @@ def evaluate(
 ) -> None:
     """Evaluate one policy in one environment."""
     from hazbot_gym.study import rollout, summary, tables
-    from hazbot_gym.study.config import parse_overrides
 
-    overrides = parse_overrides(change or []) | ({"scenario": scenario} if scenario else {})
+    overrides = _overrides(change, scenario)
     rows = rollout.evaluate(
         policy,
         env,
@@ -278,9 +277,8 @@ def watch(
 ) -> None:
     """Watch a policy in a window, or save it. Keys: space, right arrow, r, q."""
     from hazbot_gym.study import watching
-    from hazbot_gym.study.config import parse_overrides
 
-    overrides = parse_overrides(change or []) | ({"scenario": scenario} if scenario else {})
+    overrides = _overrides(change, scenario)
     show = watching.Show(policy, env, episodes, seed, overrides, speed, allow_pickle)
     if file is None:
         if at is not None:
@@ -332,7 +330,7 @@ def calibrate(
     fit: Annotated[
         list[str] | None, typer.Option(help="Run to fit on; judged by the others. Repeatable.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Of the search.")] = 0,
+    seed: Annotated[int, typer.Option(help="Of the search.", min=0)] = 0,
     as_shipped: Annotated[
         bool, typer.Option("--as-shipped", help="Fit nothing, judge the defaults.")
     ] = False,
@@ -361,7 +359,7 @@ def headroom(
     env: Annotated[
         list[str] | None, typer.Option(help="Environment, e.g. Crossing-v0; all if not given.")
     ] = None,
-    episodes: Annotated[int, typer.Option(help="Scenarios of each.", min=1)] = 40,
+    episodes: Annotated[int, typer.Option(help="Scenarios of each.", min=1, max=100_000)] = 40,
     json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,
 ) -> None:
     """Compare rules with the exact optimum, where people do not react: minutes."""
@@ -411,7 +409,7 @@ def paper(
 @app.command()
 def tune(
     policy: Annotated[str, typer.Option(help="A family of rules, e.g. ttc.")],
-    trials: Annotated[int, typer.Option(help="Of the search.", min=1)] = 50,
+    trials: Annotated[int, typer.Option(help="Of the search.", min=1, max=100_000)] = 50,
     seed: Annotated[int, typer.Option(help="Of the search.", min=0)] = 0,
     out: Annotated[
         Path | None, typer.Option(help="File of the record. [results/tune/POLICY.json]")
@@ -457,6 +455,16 @@ def bench(
     terminal.output_console().print(bench_report.table(result))
 
 
+def _overrides(change: list[str] | None, scenario: str | None) -> dict[str, Any]:
+    """Return the config values of ``--set`` and ``--scenario``."""
+    from hazbot_gym.study.config import parse_overrides
+
+    overrides = parse_overrides(change or [])
+    if scenario and "scenario" in overrides:
+        raise InvalidInput("scenario: given by --scenario and by --set, allowed is once")
+    return overrides | ({"scenario": scenario} if scenario else {})
+
+
 def _bench_training(paths: list[Path], json_file: Path | None, *, seeds: int | None) -> None:
     from hazbot_gym.study import bench_training, training_report
 
@@ -467,14 +475,13 @@ def _bench_training(paths: list[Path], json_file: Path | None, *, seeds: int | N
 
 def _check_file(file: Path | None) -> None:
     """Complain before any work if a file could not be written in the end."""
+    from hazbot_gym.study.files import check_writable
+
     if file is None:
         return
     if not file.absolute().parent.is_dir():
         raise InvalidInput(f"json: given {str(file)!r}, whose folder does not exist")
-    if file.is_dir():
-        raise InvalidInput(f"json: given {str(file)!r}, which is a folder; give a file")
-    if not os.access(file if file.exists() else file.absolute().parent, os.W_OK):
-        raise InvalidInput(f"json: given {str(file)!r}, which cannot be written")
+    check_writable(file, "json")
 
 
 def _write_json(file: Path | None, content: dict[str, Any]) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import json
 import secrets
+import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -49,14 +50,34 @@ def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
             beside.unlink()
 
 
+def check_writable(path: Path, field: str = "out") -> None:
+    """Complain before any work if a file could not be written in the end; leave nothing behind.
+
+    Args:
+        path: Of the file; folders that are not there yet would be made.
+        field: Name of what the user gave.
+
+    Raises:
+        InvalidInput: It is a folder, or a place where nothing can be written.
+    """
+    if path.is_dir():
+        raise InvalidInput(f"{field}: given {str(path)!r}, which is a folder; give a file")
+    nearest = next(folder for folder in path.absolute().parents if folder.exists())
+    try:
+        with tempfile.TemporaryFile(dir=nearest):
+            pass
+    except OSError as error:
+        raise InvalidInput(f"{field}: cannot write {str(path)!r}: {error.strerror}") from error
+
+
 def write_bytes(path: Path, data: bytes) -> None:
     """Write bytes as they are."""
     write_atomically(path, lambda beside: _write(beside, data))
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write text as UTF-8."""
-    write_bytes(path, text.encode())
+    """Write text as UTF-8; what is no letter of it (from the name of a file) as an escape."""
+    write_bytes(path, text.encode(errors="backslashreplace"))
 
 
 def write_json(path: Path, content: Mapping[str, Any], *, is_sorted: bool = True) -> None:
@@ -69,7 +90,7 @@ def write_json(path: Path, content: Mapping[str, Any], *, is_sorted: bool = True
     """
     sealed = {**content, CHECKSUM: BLANK}
     text = json.dumps(sealed, indent=2, sort_keys=is_sorted, allow_nan=False, ensure_ascii=False)
-    write_bytes(path, seal(f"{text}\n".encode()))
+    write_bytes(path, seal(f"{text}\n".encode(errors="backslashreplace")))
 
 
 def read_json(path: Path) -> dict[str, Any]:

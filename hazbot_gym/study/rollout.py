@@ -31,6 +31,8 @@ from hazbot_gym.study.episode import (
 from hazbot_gym.study.metrics import Row, SsmThresholds, measure
 from hazbot_gym.utils import processors
 
+MOST_EPISODES = 1_000_000  # of one policy in one call, whose records are held in memory
+
 
 class Block(NamedTuple):
     """Some consecutive episodes of one policy in one scenario set: the unit of work of a study."""
@@ -72,10 +74,7 @@ def evaluate(
     Raises:
         InvalidInput: one of the arguments is not usable.
     """
-    if episodes < 1:
-        raise InvalidInput(f"episodes: given {episodes}, allowed is 1 or more")
-    if seed < 0:
-        raise InvalidInput(f"seed: given {seed}, allowed is 0 or more")
+    check_counts(episodes, seed)
     scenarios = scenario_set(env_id, overrides)
     if engine not in get_args(Engine):
         raise InvalidInput(f"engine: given {engine!r}, allowed are {', '.join(get_args(Engine))}")
@@ -83,6 +82,17 @@ def evaluate(
     block = Block(policy, scenarios, 0, episodes, seed, engine=engine, allowed=allowed)  # type: ignore[arg-type]
     try_out(scenarios, [policy], block.engine, allowed)
     return run_block(block, threads=processors.usable())
+
+
+def check_counts(episodes: int, seed: int) -> None:
+    """Complain about a number of episodes, or a root of their seeds, that cannot be run."""
+    for name, value in (("episodes", episodes), ("seed", seed)):
+        if not isinstance(value, int | np.integer) or isinstance(value, bool):
+            raise InvalidInput(f"{name}: given {value!r}, allowed is a whole number")
+    if not 1 <= episodes <= MOST_EPISODES:
+        raise InvalidInput(f"episodes: given {episodes}, allowed is 1 to {MOST_EPISODES:,}")
+    if seed < 0:
+        raise InvalidInput(f"seed: given {seed}, allowed is 0 or more")
 
 
 def scenario_set(env_id: str, overrides: Mapping[str, Any] | None = None) -> ScenarioSet:

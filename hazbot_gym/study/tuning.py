@@ -77,6 +77,7 @@ def tune(
         InvalidInput: There is no such family, or the file holds something else.
     """
     space = _space_of(search.family)
+    files.check_writable(path)
     trials = _known_trials(path, search)
     while len(trials) < search.trials:
         number = len(trials)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Mapping
 from contextlib import closing
 from pathlib import Path
@@ -16,7 +15,7 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.study.files import write_atomically
 from hazbot_gym.study.metrics import Row, SsmThresholds, measure
-from hazbot_gym.study.rollout import episode_seed, make_env, run_episode, scenario_set
+from hazbot_gym.study.rollout import check_counts, episode_seed, make_env, run_episode, scenario_set
 from hazbot_gym.study.screens import (
     FILMS,
     PICTURE,
@@ -28,6 +27,7 @@ from hazbot_gym.study.screens import (
 )
 from hazbot_gym.utils.terminal import FittedTable
 
+SLOWEST, FASTEST = 0.01, 100.0  # times as fast as in reality
 # Metrics that are printed of each episode, and how.
 COLUMNS = {
     "seed": "d",
@@ -142,11 +142,9 @@ def table(rows: list[Row]) -> FittedTable:
 
 def _make(show: Show) -> tuple[gymnasium.Env[Any, Any], float]:
     """Return the environment, and how many of its pictures pass in a second."""
-    for name, value, least in (("episodes", show.episodes, 1), ("seed", show.seed, 0)):
-        if value < least:
-            raise InvalidInput(f"{name}: given {value}, allowed is {least} or more")
-    if not 0.0 < show.speed < math.inf:
-        raise InvalidInput(f"speed: given {show.speed}, allowed is above 0")
+    check_counts(show.episodes, show.seed)
+    if not SLOWEST <= show.speed <= FASTEST:
+        raise InvalidInput(f"speed: given {show.speed}, allowed is {SLOWEST} to {FASTEST}")
     changes = {**show.overrides, "render_mode": "rgb_array"}
     env = make_env(scenario_set(show.env_id, changes))
     decision_s = env.unwrapped.config.clock.decision_s  # type: ignore[attr-defined]
@@ -177,6 +175,8 @@ def _check_file(show: Show, path: Path, at_s: float | None, is_replacing: bool) 
         raise InvalidInput(f"save: {given}, allowed endings are {', '.join(endings)}")
     if path.is_dir() or (path.exists() and not is_replacing):
         raise InvalidInput(f"save: {given}, which exists; give another name, or --force")
+    if at_s is not None and not at_s >= 0.0:
+        raise InvalidInput(f"at: given {at_s}, allowed is 0 or more")
     if path.suffix == PICTURE and show.episodes > 1:
         raise InvalidInput(f"episodes: given {show.episodes}, a picture shows 1")
     if path.suffix != PICTURE and at_s is not None:
