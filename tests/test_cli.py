@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import errno
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -8,6 +10,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
+import hazbot_gym
 from hazbot_gym.cli import app
 from hazbot_gym.study import bench
 from hazbot_gym.study.files import read_json
@@ -87,6 +90,24 @@ def hazbot(*arguments: str) -> Result:
         ("tracks /no/such/folder", "/no/such/folder"),
         ("report /no/such/folder", "/no/such/folder"),
         ("bench --json no/such/folder/bench.json", "bench.json"),
+        ("bench --json .", "folder"),
+        ("bench --json /proc/bench.json", "/proc/bench.json"),
+        ("headroom --episodes 1000000000000", "--episodes"),
+        ("tune --policy ttc --out .", "folder"),
+        ("tune --policy ttc --out /proc/x.json", "/proc/x.json"),
+        ("paper --out /proc/x", "/proc/x"),
+        ("study --out /proc/x", "/proc/x"),
+        ("eval --policy constant --episodes 1000000000000000000000", "episodes"),
+        ("eval --policy constant --scenario E* --set scenario=C*", "scenario"),
+        ("eval --policy constant --set tier=sonar --set tier=tracks", "tier"),
+        ("eval --policy constant --set people.count=3 --set people={}", "people"),
+        ("watch --policy constant --save x.png --at -1", "at"),
+        ("watch --policy constant --save x.png --at nan", "at"),
+        ("watch --policy constant --save x.mp4 --speed 1e300", "speed"),
+        ("watch --policy constant --episodes 1000000000000000000000", "episodes"),
+        ("eval --policy=", "policy is empty"),
+        ("list --bogus", "--bogus"),
+        ("--bogus", "--bogus"),
         ("frobnicate", "frobnicate"),
     ],
 )
@@ -100,6 +121,43 @@ def test_bad_input_is_one_line_and_exit_code_2(
     assert line.startswith("hazbot: ")
     assert named in line
     assert list(empty_folder.iterdir()) == []
+
+
+@pytest.mark.parametrize("option", ["--policy", "--env", "--scenario"])
+def test_an_empty_argument_is_named(option: str) -> None:
+    result = hazbot("eval", option, "")
+    assert result.exit_code == 2
+    assert result.stderr == f"hazbot: {option.strip('-')} is empty, allowed is some text\n"
+
+
+def test_an_unusable_folder_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied", "there\x1b[31m")
+
+    monkeypatch.setattr("hazbot_gym.study.catalogue.tables", refuse)
+    result = hazbot("list")
+    assert result.exit_code == 2
+    assert result.stderr == "hazbot: 'there\\x1b[31m': Permission denied\n"
+
+
+def test_our_own_mistakes_are_loud(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail() -> None:
+        raise FileNotFoundError(errno.ENOENT, "No such file", "ours")
+
+    monkeypatch.setattr("hazbot_gym.study.catalogue.tables", fail)
+    assert isinstance(hazbot("list").exception, FileNotFoundError)
+
+
+def test_the_version_is_told() -> None:
+    result = hazbot("--version")
+    assert (result.exit_code, result.stdout) == (0, f"hazbot {hazbot_gym.__version__}\n")
+
+
+def test_a_pipe_that_ends_early_is_quiet() -> None:
+    command = f"{sys.executable} -m hazbot_gym list | head -1"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=True)
+    assert len(done.stdout.splitlines()) == 1
+    assert done.stderr == ""
 
 
 def test_a_foreign_output_folder_is_left_alone(empty_folder: Path) -> None:
@@ -183,6 +241,7 @@ def test_study_writes_its_files_and_shows_a_table(empty_folder: Path) -> None:
     result = hazbot(*arguments, "--no-report")
     assert result.exit_code == 0, result.output
     assert "E*: 1 episode " in result.stdout
+    assert "No learned policy was compared with constant:1.0." in result.stdout
     folder = empty_folder / "results" / "study"
     written = {path.name for path in folder.iterdir()}
     assert written == {
@@ -201,6 +260,41 @@ def test_study_writes_its_files_and_shows_a_table(empty_folder: Path) -> None:
     assert result.exit_code == 0, result.output
     assert str(folder / "report.html") in result.stdout
     assert (folder / "report.html").read_bytes() == page
+
+
+def test_names_with_brackets_and_letters_of_other_scripts_go_through_a_study(
+    empty_folder: Path,
+) -> None:
+    (empty_folder / "tiny.yaml").write_text(
+        "policies: ['constant:1.0', 'constant:0.5']\nepisodes: 1\nresamples: 100\nsets:\n"
+        "- {name: '[/x]', env: hazbot_gym/Corridor-v0, overrides: {people: {count: [0, 0]}}}\n"
+        "- {name: '火 [bold]', env: hazbot_gym/Crossing-v0}\n"
+    )
+    arguments = ["study", "--config", "tiny.yaml", "--verbose", "--workers", "1"]
+    done = subprocess.run(
+        [sys.executable, "-m", "hazbot_gym", *arguments, "--out", "o[/x]\udcff"],
+        capture_output=True,
+        check=False,
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+    )
+    assert done.returncode == 0, done.stderr
+    for text in (b"[/x]: 1 episode", b"? [bold]: 1 episode", b"Report: o[/x]?/report.html"):
+        assert text in done.stdout
+    assert (empty_folder / "o[/x]\udcff" / "report.html").exists()
+
+
+def test_the_report_is_written_before_anything_is_printed(
+    empty_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (empty_folder / "tiny.yaml").write_text("policies: [constant]\nsets: [E*]\nresamples: 100\n")
+
+    def fail(*_: object, **__: object) -> None:
+        raise BrokenPipeError
+
+    monkeypatch.setattr("hazbot_gym.study.tables.study_tables", fail)
+    arguments = ["study", "--config", "tiny.yaml", "--episodes", "1", "--workers", "1"]
+    assert hazbot(*arguments).exit_code != 0
+    assert (empty_folder / "results" / "study" / "report.html").exists()
 
 
 def test_train_writes_its_run_and_goes_on_with_it_only_if_asked(empty_folder: Path) -> None:

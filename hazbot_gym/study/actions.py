@@ -8,6 +8,29 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies.base import Policy
+
+
+def ask(
+    policy: Policy,
+    observation: Any,
+    state: Any = None,
+    episode_start: npt.NDArray[np.bool_] | None = None,
+) -> tuple[Any, Any]:
+    """Return a policy's most likely action and its next inner state.
+
+    Raises:
+        InvalidInput: It answers something else than these two.
+    """
+    answer = policy.predict(
+        observation, state=state, episode_start=episode_start, deterministic=True
+    )
+    if not isinstance(answer, tuple) or len(answer) != 2:
+        kind = f"{len(answer)} values" if isinstance(answer, tuple) else type(answer).__name__
+        raise InvalidInput(f"policy: predict returns {kind}, allowed is (action, state)")
+    return answer
+
 
 def playable(action: npt.NDArray[Any], space: gymnasium.Space[Any]) -> Any:
     """Return an action that fits one environment's space: the nearest level where it has levels."""

@@ -279,15 +279,15 @@ def _sets_meant_by(item: Any) -> Sequence[Any]:
     return found
 
 
-def load_study(path: Path | None = None, **changes: Any) -> StudyConfig:
+def load_study(path: Path | str | None = None, **changes: Any) -> StudyConfig:
     """Return the default study with a file's deltas and then the given changes applied.
 
     Raises:
         InvalidInput: the file cannot be read or a value is not allowed; one line.
     """
-    values = read_yaml(path) if path else {}
+    values = read_yaml(Path(path)) if path else {}
     if path:
-        values["learners"] = _beside(path, values.get("learners", ()))
+        values["learners"] = _beside(Path(path), values.get("learners", ()))
     values |= {name: value for name, value in changes.items() if value is not None}
     for name in values.keys() - StudyConfig.model_fields.keys():
         allowed = ", ".join(StudyConfig.model_fields)

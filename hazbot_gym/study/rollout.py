@@ -17,7 +17,7 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import NO_CODE, Permissions, Policy
 from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.study import batch_rollout
-from hazbot_gym.study.actions import playable
+from hazbot_gym.study.actions import ask, playable
 from hazbot_gym.study.alone import walked_alone
 from hazbot_gym.study.config import Engine, ScenarioSet
 from hazbot_gym.study.episode import (
@@ -74,6 +74,7 @@ def evaluate(
     Raises:
         InvalidInput: one of the arguments is not usable.
     """
+    _check_names(policy, env_id, overrides)
     check_counts(episodes, seed)
     scenarios = scenario_set(env_id, overrides)
     if engine not in get_args(Engine):
@@ -84,15 +85,35 @@ def evaluate(
     return run_block(block, threads=processors.usable())
 
 
+def _check_names(policy: object, env_id: object, overrides: object) -> None:
+    if not isinstance(policy, str):
+        raise InvalidInput(
+            f"policy: given {policy!r}, allowed is text: name:option=value or module:attribute"
+        )
+    if not isinstance(env_id, str):
+        raise InvalidInput(_unknown_env(str(env_id)))
+    is_mapping = overrides is None or isinstance(overrides, Mapping)
+    if not is_mapping or not all(isinstance(name, str) for name in overrides or ()):
+        raise InvalidInput(f"overrides: given {overrides!r}, allowed is a mapping from names")
+
+
 def check_counts(episodes: int, seed: int) -> None:
     """Complain about a number of episodes, or a root of their seeds, that cannot be run."""
-    for name, value in (("episodes", episodes), ("seed", seed)):
-        if not isinstance(value, int | np.integer) or isinstance(value, bool):
-            raise InvalidInput(f"{name}: given {value!r}, allowed is a whole number")
+    _check_whole("episodes", episodes)
     if not 1 <= episodes <= MOST_EPISODES:
         raise InvalidInput(f"episodes: given {episodes}, allowed is 1 to {MOST_EPISODES:,}")
+    _check_seed(seed)
+
+
+def _check_seed(seed: int) -> None:
+    _check_whole("seed", seed)
     if seed < 0:
         raise InvalidInput(f"seed: given {seed}, allowed is 0 or more")
+
+
+def _check_whole(name: str, value: object) -> None:
+    if not isinstance(value, int | np.integer) or isinstance(value, bool):
+        raise InvalidInput(f"{name}: given {value!r}, allowed is a whole number")
 
 
 def scenario_set(env_id: str, overrides: Mapping[str, Any] | None = None) -> ScenarioSet:
@@ -122,7 +143,7 @@ def try_out(
     env = make_env(scenarios)
     observation, _ = env.reset(seed=0)
     for policy in made.values():
-        action, _ = policy.predict(observation, deterministic=True)
+        action, _ = ask(policy, observation)
     env.step(playable(action, env.action_space))
     return env.unwrapped.config  # type: ignore[attr-defined,no-any-return]
 
@@ -160,15 +181,22 @@ def run_block(block: Block, threads: int = 1) -> list[Row]:
 
 
 def run_episode(env: gymnasium.Env[Any, Any], policy: Policy, seed: int) -> tuple[Episode, Row]:
-    """Run one episode and return its record, and the labels of its scenario."""
-    observation, start = env.reset(seed=seed)
+    """Run one episode and return its record, and the labels of its scenario.
+
+    Raises:
+        InvalidInput: One of the arguments is something else.
+    """
+    if not hasattr(getattr(env, "unwrapped", None), "snapshot"):
+        raise InvalidInput(f"env: given {env!r}, allowed is gymnasium.make of a hazbot_gym id")
+    if isinstance(policy, type) or not isinstance(policy, Policy):
+        raise InvalidInput(f"policy: given {policy!r}, allowed is an object with predict")
+    _check_seed(seed)
+    observation, start = env.reset(seed=int(seed))
     state, episode_start = None, np.array([True])
     snapshots, steps = [env.unwrapped.snapshot()], []  # type: ignore[attr-defined]
     done = False
     while not done:
-        action, state = policy.predict(
-            observation, state=state, episode_start=episode_start, deterministic=True
-        )
+        action, state = ask(policy, observation, state, episode_start)
         observation, reward, terminated, truncated, info = env.step(
             playable(action, env.action_space)
         )

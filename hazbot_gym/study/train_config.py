@@ -156,13 +156,13 @@ def _environment(env: str, overrides: dict[str, Any]) -> Config:
     return make_config(config, max_episode_steps=min(limit, config.max_episode_steps))
 
 
-def load_training(path: Path | None = None, **changes: Any) -> TrainConfig:
+def load_training(path: Path | str | None = None, **changes: Any) -> TrainConfig:
     """Return the default run with a file's deltas and then the given changes applied.
 
     Raises:
         InvalidInput: The file cannot be read or a value is not allowed; one line.
     """
-    values = read_yaml(path, "config") if path else {}
+    values = read_yaml(Path(path), "config") if path else {}
     values |= {name: value for name, value in changes.items() if value is not None}
     try:
         return TrainConfig.model_validate(values)

@@ -81,6 +81,8 @@ def train(
     Raises:
         InvalidInput: Something about the config or the folder is not usable; nothing was written.
     """
+    if not isinstance(config, TrainConfig):
+        raise InvalidInput(f"config: given {config!r}, allowed is what load_training returns")
     out, console = Path(out), console or Console(quiet=True)
     torch.set_num_threads(1)
     claim(out, config.identity(), resume=resume)

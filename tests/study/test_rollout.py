@@ -19,6 +19,7 @@ from hazbot_gym.study.rollout import (
     make_env,
     run_block,
     run_episode,
+    scenario_set,
 )
 
 CROSSING = ScenarioSet(name="Crossing", env="hazbot_gym/Crossing-v0")
@@ -172,3 +173,56 @@ def test_an_engine_that_is_none_is_refused() -> None:
 def test_senseless_numbers_are_refused(episodes: int, seed: int) -> None:
     with pytest.raises(InvalidInput, match="given"):
         evaluate("constant", "hazbot_gym/Corridor-v0", episodes=episodes, seed=seed)
+
+
+@pytest.mark.parametrize(
+    ("changed", "named"),
+    [
+        ({"policy": Constant()}, "policy: given Constant"),
+        ({"policy": Constant}, "policy: given <class"),
+        ({"env_id": None}, "env: given 'None'"),
+        ({"episodes": "3"}, "episodes: given '3'"),
+        ({"episodes": 2.5}, "episodes: given 2.5"),
+        ({"episodes": 10**30}, "1 to 1,000,000"),
+        ({"seed": None}, "seed: given None"),
+        ({"overrides": ["tier=sonar"]}, "overrides: given \\['tier=sonar'\\]"),
+        ({"overrides": {3: 1}}, "overrides: given {3: 1}"),
+    ],
+)
+def test_arguments_of_another_type_are_one_line(changed: dict[str, Any], named: str) -> None:
+    usual = {"policy": "constant", "env_id": "hazbot_gym/Corridor-v0", "episodes": 1}
+    with pytest.raises(InvalidInput, match=named) as error:
+        evaluate(**(usual | changed))  # type: ignore[arg-type]
+    assert "\n" not in str(error.value)
+
+
+class Answers:
+    """A policy that answers the same to everything."""
+
+    def __init__(self, answer: Any) -> None:
+        self.answer = answer
+
+    def predict(self, *_: Any, **__: Any) -> Any:
+        return self.answer
+
+
+@pytest.mark.parametrize(
+    ("env", "policy", "seed", "named"),
+    [
+        ("hazbot_gym/Corridor-v0", Constant(), 0, "env: given 'hazbot_gym/Corridor-v0'"),
+        (None, "constant", 0, "policy: given 'constant'"),
+        (None, Constant, 0, "policy: given <class"),
+        (None, Constant(), -1, "seed: given -1"),
+        (None, Constant(), "a", "seed: given 'a'"),
+        (None, Answers(np.ones(1)), 0, "policy: predict returns ndarray"),
+        (None, Answers(None), 0, "policy: predict returns NoneType"),
+        (None, Answers((1.0, None, 2)), 0, "policy: predict returns 3 values"),
+        (None, Answers((np.ones((1, 1)), None)), 0, "action: given an array of shape"),
+    ],
+)
+def test_small_mistakes_in_an_episode_are_one_line(
+    env: Any, policy: Any, seed: Any, named: str
+) -> None:
+    with pytest.raises(InvalidInput, match=named) as error:
+        run_episode(env or make_env(scenario_set("hazbot_gym/Corridor-v0")), policy, seed)
+    assert "\n" not in str(error.value)
