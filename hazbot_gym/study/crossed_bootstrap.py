@@ -50,6 +50,10 @@ def crossed_draws(
 ) -> list[CrossedDraws]:
     """Draw the scenarios once for all policies, and for each policy its training seeds.
 
+    A policy of one seed in sets of one scenario each leaves nothing to resample: its seed's counts
+    are NaN, and with them every interval and p-value. A width of 0 would be certainty from a single
+    episode.
+
     Args:
         strata: (N,) label of each scenario's set; each set is resampled by itself, at its size.
         seeds: number of training seeds R of each policy; of one with 1 the scenarios alone vary.
@@ -57,9 +61,15 @@ def crossed_draws(
         resamples: number of resamples B.
     """
     scenarios = scenario_draws(strata, rng, resamples=resamples)
-    sizes = [np.zeros(number) for number in seeds]  # all seeds of a policy are of one set
+    is_fixed = len(np.unique(np.asarray(strata))) == scenarios.shape[1]
     return [
-        CrossedDraws(scenario_draws(size, rng, resamples=resamples), scenarios) for size in sizes
+        CrossedDraws(
+            np.full((resamples, 1), np.nan)
+            if is_fixed and number == 1
+            else scenario_draws(np.zeros(number), rng, resamples=resamples),  # seeds are of one set
+            scenarios,
+        )
+        for number in seeds
     ]
 
 

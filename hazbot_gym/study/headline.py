@@ -44,8 +44,13 @@ class Headline(NamedTuple):
     @property
     def episodes(self) -> int:
         """The number of scenarios that every policy met."""
-        first = next(iter(self.policies.values()))
-        return int(first["episodes"]) // int(first["training_seeds"])
+        return scenarios_of(self.policies)
+
+
+def scenarios_of(policies: Mapping[str, Any]) -> int:
+    """Return how many scenarios every policy of a block of a summary met, whatever its seeds."""
+    first = next(iter(policies.values()))
+    return int(first["episodes"]) // int(first["training_seeds"])
 
 
 def headline(summary: Mapping[str, Any]) -> Headline:

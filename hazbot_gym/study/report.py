@@ -28,7 +28,7 @@ from hazbot_gym.study import (
 )
 from hazbot_gym.study.config import ScenarioSet, StudyConfig
 from hazbot_gym.study.costs import Training
-from hazbot_gym.study.headline import groups, headline, pooled_sets
+from hazbot_gym.study.headline import groups, headline, pooled_sets, scenarios_of
 from hazbot_gym.study.report_replays import Replays, from_rows
 from hazbot_gym.study.report_style import DASHES, MARKS, Style, styles
 from hazbot_gym.study.summary import Summary
@@ -172,7 +172,7 @@ def make_tables(study: Study, blocks: Mapping[str, Any]) -> dict[str, Any]:
             name: (
                 report_tables.all_metrics(block, config.names),
                 report_tables.differences(block, config.names, config.reference_policy),
-                next(iter(block.values()))["episodes"],
+                scenarios_of(block),
             )
             for name, block in blocks.items()
         },

@@ -48,6 +48,7 @@ PAPER_EVENTS = {
 
 Styles = Mapping[str, Style]
 Figure = dict[str, Any]  # data and layout, as plain values
+Point = dict[str, tuple[float, ...]]  # mean, low and high, each on both axes
 
 
 def library() -> str:
@@ -107,8 +108,8 @@ def families(block: Mapping[str, Any]) -> Figure:
         points = block[family]["points"]
         on_front = [each for each in points if each["on_front"]]
         best = sorted(tuple(each[axis]["mean"] for axis in AXES) for each in on_front)
-        x, y = zip(*best, strict=True)
         line = {"color": look.color, "dash": look.dash, "width": 2}
+        x, y = ([each[axis] for each in best] for axis in (0, 1))
         figure.add_scatter(x=x, y=y, mode="lines", line=line, hoverinfo="skip", name=family)
         figure.add_scatter(
             x=[each[AXES[0]]["mean"] for each in points],
@@ -201,13 +202,23 @@ def clearances(rows: pd.DataFrame, looks: Styles) -> Figure:
     return _finish(figure)
 
 
-def _point(metrics: Mapping[str, Any]) -> dict[str, tuple[float, float]] | None:
-    """Return mean, low and high on both axes, None where one is not known."""
-    ends = {end: tuple(metrics[axis][end] for axis in AXES) for end in ("mean", "low", "high")}
-    return None if any(None in values for values in ends.values()) else ends
+def _point(metrics: Mapping[str, Any]) -> Point | None:
+    """Return mean, low and high on both axes, None where a mean is not known."""
+    means = tuple(metrics[axis]["mean"] for axis in AXES)
+    if None in means:
+        return None
+    low, high = (
+        tuple(
+            mean if (end := metrics[axis][name]) is None else end
+            for axis, mean in zip(AXES, means, strict=True)
+        )
+        for name in ("low", "high")
+    )
+    return {"mean": means, "low": low, "high": high}
 
 
-def _whisker(point: Mapping[str, tuple[float, float]], axis: int, look: Style) -> Figure:
+def _whisker(point: Point, axis: int, look: Style) -> Figure:
+    """Return the interval as an error bar, of no length where it is not known."""
     mean, low, high = (point[end][axis] for end in ("mean", "low", "high"))
     return {
         "array": [high - mean],

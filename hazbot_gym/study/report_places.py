@@ -15,6 +15,7 @@ MARGIN_M = 2.0  # seen around the path at least
 JUMP_M = 0.5  # further than anybody walks in a decision: another person has taken the slot
 EVERY = 3  # instants between two points of a way
 MOST_WAYS = 12  # of an episode; a recorded crowd would hide everything else
+HUES = ("#c97a1d", "#a33a5c", "#3f8265")  # one for each episode; more would hide one another
 
 Points = list[tuple[float, float]]
 
@@ -26,25 +27,28 @@ class Picture(NamedTuple):
         box: left, top, width, height of what is seen.
         walls: ends of each wall.
         path: the robot's, start to end.
-        episodes: the ways of the people in each episode, each from start to end.
+        episodes: the ways of the people in each episode, each from start to end, by its color.
     """
 
     box: tuple[float, float, float, float]
     walls: list[Points]
     path: Points
-    episodes: list[list[Points]]
+    episodes: dict[str, list[Points]]
 
 
 def picture(replays: Sequence[Replay], policy: str) -> Picture:
-    """Return the picture of a set: its first episode's place, and people in all given episodes."""
+    """Return the picture of a set: its first episode's place, and people in the first episodes."""
     first = replays[0]
-    episodes = [replay.runs[policy] for replay in replays]
+    episodes = [replay.runs[policy] for replay in replays[: len(HUES)]]
     low, high = view(first.path, [positions(episode) for episode in episodes])
     return Picture(
         box=(*_round(low[0], -high[1]), *_round(*(high - low))),
         walls=[_svg(wall.reshape(2, 2)) for wall in first.walls],
         path=_svg(first.path),
-        episodes=[[_svg(way) for way in _some(ways(episode))] for episode in episodes],
+        episodes={
+            hue: [_svg(way) for way in _some(ways(episode))]
+            for hue, episode in zip(HUES, episodes, strict=False)
+        },
     )
 
 

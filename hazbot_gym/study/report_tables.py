@@ -147,7 +147,7 @@ def _cell(
     estimate: Mapping[str, float | None], column: Column | None, *, is_best: bool = False
 ) -> Cell:
     mean, low, high = (_number(estimate[end], column) for end in ("mean", "low", "high"))
-    return Cell(mean, "" if mean == UNKNOWN else f"{low} to {high}", is_best)
+    return Cell(mean, "" if UNKNOWN in (low, high) else f"{low} to {high}", is_best)
 
 
 def _compared(difference: Mapping[str, float | None], column: Column) -> Cell:

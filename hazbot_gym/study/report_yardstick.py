@@ -101,4 +101,4 @@ def _cell(estimate: Estimate | None, scale: float, digits: int) -> Cell:
         "?" if (value := estimate[end]) is None else f"{scale * value:z.{digits}f}"
         for end in ("mean", "low", "high")
     )
-    return Cell(mean, f"{low} to {high}")
+    return Cell(mean, "" if "?" in (low, high) else f"{low} to {high}")

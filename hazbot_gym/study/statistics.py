@@ -19,7 +19,11 @@ RESAMPLES = 2000
 
 
 class Estimate(NamedTuple):
-    """A mean or other statistic, and its interval; all NaN where there was nothing to average."""
+    """A mean or other statistic, and its interval.
+
+    All are NaN where there was nothing to average; the ends alone where nothing can be
+    resampled.
+    """
 
     mean: float
     low: float
@@ -121,7 +125,9 @@ def percentile_interval(value: float, resampled: Floats, *, confidence: float = 
         confidence: nominal coverage of the interval.
     """
     defined = resampled[np.isfinite(resampled)]
-    if not (np.isfinite(value) and len(defined)):
+    if not np.isfinite(value):
         return Estimate(np.nan, np.nan, np.nan)
+    if not len(defined):
+        return Estimate(float(value), np.nan, np.nan)
     low, high = np.quantile(defined, [(1 - confidence) / 2, (1 + confidence) / 2])
     return Estimate(float(value), float(low), float(high))

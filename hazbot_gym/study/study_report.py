@@ -7,7 +7,7 @@ from string import Template
 from typing import Any
 
 from hazbot_gym.study.fronts import dominates
-from hazbot_gym.study.headline import POOLED, TEST
+from hazbot_gym.study.headline import POOLED, TEST, scenarios_of
 from hazbot_gym.study.plain_tables import Rows, markdown_table, shown
 from hazbot_gym.study.study_record import TOGETHER
 from hazbot_gym.study.study_targets import Target, sonar_targets, tracks_targets
@@ -50,7 +50,7 @@ def readme_table(record: Record) -> str:
     """Return the headline for the README: the tracks tier on the test scenarios."""
     found = record["tracks"]
     columns = [column for column in HEADLINE if column[0] in README]
-    scenarios = found["together"][TEST][found["reference"]]["episodes"]
+    scenarios = scenarios_of(found["together"][TEST])
     note = (
         f"\nMeans over {scenarios} test scenarios, from `make study-full`. `make study` estimates "
         "the same means from fewer\nscenarios of its own, in the same five environments: compare "
@@ -70,7 +70,7 @@ def _parts(found: Record) -> dict[str, str]:
     test = found["together"][TEST]
     reference = found["reference"]
     return {
-        "episodes": str(test[reference]["episodes"]),
+        "episodes": str(scenarios_of(test)),
         "reference": f"`{reference}`",
         "commit": f"`{(found['commit'] or '')[:12]}`",
         "machine": f"{found['machine']['processor']}, {found['machine']['cores']} cores",

@@ -9,7 +9,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Group
 from rich.text import Text
 
-from hazbot_gym.study.headline import headline
+from hazbot_gym.study.headline import headline, scenarios_of
 from hazbot_gym.study.summary import Summary
 from hazbot_gym.utils.terminal import FittedTable
 
@@ -64,7 +64,7 @@ def study_tables(summary: Summary, *, is_verbose: bool = False) -> Group:
 
 def set_table(name: str, policies: Mapping[str, Any]) -> FittedTable:
     """Return the table of one scenario set, a row for each policy."""
-    episodes = next(iter(policies.values()))["episodes"]
+    episodes = scenarios_of(policies)
     table = FittedTable(
         title=f"{name}: {episodes} episode{'s' if episodes > 1 else ''} a policy",
         title_justify="left",

@@ -10,7 +10,8 @@ import pytest
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import records, report, report_figures
-from hazbot_gym.study.config import ScenarioSet, StudyConfig
+from hazbot_gym.study.comparison import run_study
+from hazbot_gym.study.config import ScenarioSet, StudyConfig, load_study
 from hazbot_gym.study.headline import IN_DISTRIBUTION, POOLED, headline
 from hazbot_gym.study.report_style import styles
 
@@ -169,6 +170,37 @@ def test_intrusions_far_apart_are_told_apart(intrusions: Any, kind: str | None) 
     some = block(*intrusions)
     figure = report_figures.front(some, styles(list(some)))
     assert figure["layout"]["yaxis"].get("type") == kind
+
+
+def test_a_policy_without_intervals_is_drawn() -> None:
+    some = block(0.02)
+    for estimate in some["a"]["metrics"].values():
+        estimate |= {"low": None, "high": None}
+    (point,) = report_figures.front(some, styles(["a"]))["data"]
+    assert (point["x"], point["y"]) == ([1.4], [0.02])
+    assert (point["error_y"]["array"], point["error_y"]["arrayminus"]) == ([0.0], [0.0])
+
+
+def test_a_study_of_one_episode_in_which_nobody_arrives_has_a_report(tmp_path: Path) -> None:
+    study = load_study(
+        policies=["constant:0.1"], sets=["Crossing"], episodes=1, resamples=100, seed=3
+    )
+    run_study(study, tmp_path / "out", workers=1)
+    page = report.make_page(report.read(tmp_path / "out"))
+    own = html.unescape(page.replace(report_figures.library(), ""))
+    assert "Crossing;\n1 scenario, which every policy met" in own
+    assert not re.search(r">(nan|None|inf|\? to \?)", own)
+
+
+def test_scenarios_are_counted_whatever_the_seeds_of_the_first_policy(study: report.Study) -> None:
+    crossing = study.summary["sets"]["Crossing"]
+    crossing = {
+        name: {**each, "episodes": 5 * each["episodes"], "training_seeds": 5}
+        for name, each in crossing.items()
+    }
+    summary = {**study.summary, "sets": {**study.summary["sets"], "Crossing": crossing}}
+    tables = report.make_tables(study, report.all_blocks(study._replace(summary=summary)))
+    assert [episodes for _, _, episodes in tables["tables"].values()] == [8, 12, 4, 4, 4]
 
 
 def test_what_differs_in_a_set_is_said_in_the_words_of_its_config() -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from hazbot_gym.study import report
+from hazbot_gym.study import report, report_places
 
 HELPERS = """
 const wait = (ms) => new Promise((done) => setTimeout(done, ms));
@@ -141,3 +141,20 @@ def test_a_phone_shows_everything_without_scrolling_sideways(browser: Any, page:
     assert wide == seen <= 390
     assert max(plots) <= seen
     assert browser.complaints == []
+
+
+def test_every_person_of_the_gallery_has_the_color_of_an_episode(browser: Any, page: Path) -> None:
+    browser.open(page, 1280, 900)
+    fills, strokes = run(
+        browser,
+        """
+        const styles = (what, property) => [...new Set(
+          [...document.querySelectorAll(`.episode ${what}`)]
+            .map((e) => getComputedStyle(e)[property]),
+        )];
+        return [styles("circle", "fill"), styles("polyline", "stroke")];
+    """,
+    )
+    assert set(fills) == set(strokes)
+    assert 1 < len(fills) <= len(report_places.HUES)
+    assert "rgb(0, 0, 0)" not in fills

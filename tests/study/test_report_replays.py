@@ -114,6 +114,13 @@ def test_ways_are_broken_where_somebody_else_takes_the_slot(replays: list[Replay
     assert [(way[0, 0], round(way[-1, 0], 6)) for way in ways] == [(0, 0.3), (9.0, 9.3), (9.4, 9.6)]
 
 
+def test_a_picture_has_a_color_for_every_episode(replays: list[Replay]) -> None:
+    many = report_places.picture(replays * 5, "fuzzy_expert").episodes
+    assert list(many) == list(report_places.HUES)
+    assert all(len(way) > 1 for ways in many.values() for way in ways)
+    assert len(report_places.picture(replays[:1], "fuzzy_expert").episodes) == 1
+
+
 def test_the_view_holds_the_path_and_grows_for_people_only_so_far() -> None:
     path = np.array([[0.0, 0.0], [12.0, 0.0]])
     low, high = report_places.view(path, [])

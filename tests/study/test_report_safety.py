@@ -14,7 +14,7 @@ import pytest
 from hazbot_gym.study import files, records
 
 MODULE, PICKLE = "evil:attribute", "learned:path=e.zip,allow_pickle=true"
-MARKUP = "</script><img src=x onerror=alert(1)>"
+MARKUP = "constant:</script><img src=x onerror=alert(1)><b>bold</b>"
 PEOPLE = ("real people, replay", "real people, seeded")  # the names of sets from tracks
 POLICIES = {"stop_on_sight": MODULE, "constant:0.5": PICKLE, "constant:1.0": MARKUP}
 SETS = {"E*": PEOPLE[0], "Corridor": PEOPLE[1]}
@@ -103,15 +103,18 @@ def test_a_policy_whose_name_is_markup_stays_a_name(
     page = told[0] / "results" / "report.html"
     assert "<img" not in page.read_text(encoding="utf-8").split("plotly.js v")[0]
     browser.open(page, 1280, 900)
-    images, names = browser.run(
+    images, names, labels = browser.run(
         """
         await new Promise((done) => setTimeout(done, 300));
         return [
           document.querySelectorAll("img").length,
           [...document.querySelectorAll(".key button")].map((button) => button.dataset.policy),
+          [...document.querySelectorAll('[data-plot="front"] .textpoint')]
+            .map((t) => t.textContent),
         ];
         """
     )
     assert images == 0
     assert MARKUP in names
+    assert MARKUP.partition(":")[2] in labels
     assert browser.complaints == []

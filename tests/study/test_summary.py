@@ -77,6 +77,19 @@ def test_differences_are_paired_and_against_the_reference() -> None:
     assert width["high"] - width["low"] > 0.3
 
 
+def test_a_single_scenario_has_means_and_no_intervals() -> None:
+    study = STUDY.model_copy(update={"episodes": 1})
+    summary = summarise(pd.DataFrame(made_up_rows(study)), study)
+    for name in ("easy", "all sets"):  # each set is resampled by itself
+        policy = summary["sets"][name]["fuzzy_expert:rules=literal8"]
+        assert policy["metrics"]["time_ratio"] == {"mean": 1.25, "low": None, "high": None}
+        assert policy["metrics"]["arrived"]["high"] > 0.5  # Wilson's is sound for one, too
+        difference = policy["difference"]["kinetic_intrusion_m2"]
+        assert (difference["mean"], difference["low"], difference["p"]) == (-0.5, None, None)
+        assert policy["return_gain"]["low"] is None
+        assert policy["tails"]["time_ratio"]["high"] is None
+
+
 def test_the_same_rows_give_the_same_bytes() -> None:
     one, other = (
         json.dumps(summarise(pd.DataFrame(made_up_rows()), STUDY), allow_nan=False)

@@ -5,11 +5,17 @@
   const hidden = new Set();
   const config = { responsive: true, displaylogo: false, displayModeBar: false, scrollZoom: false };
 
+  const plain = (text) => text.replaceAll("<", "&lt;"); // Plotly reads some HTML in names
   function draw(div) {
     const figures = plots[div.dataset.plot];
     const select = div.parentElement.querySelector("select.set");
     const { data, layout } = figures[select ? select.value : Object.keys(figures)[0]];
-    const traces = data.map((trace) => ({ ...trace, visible: !hidden.has(trace.name) }));
+    const traces = data.map((trace) => ({
+      ...trace,
+      name: plain(trace.name),
+      text: trace.text?.map(plain),
+      visible: !hidden.has(trace.name),
+    }));
     return Plotly.react(div, traces, structuredClone(layout), config);
   }
 
