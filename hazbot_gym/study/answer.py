@@ -33,7 +33,9 @@ def answer(summary: Mapping[str, Any], study: StudyConfig) -> str:
     best = max(returns, key=lambda name: returns[name])
     ours, theirs = first.policies[best], first.policies[reference]
     gain = ours["return_gain"]
-    interval = f"{summary['confidence']:.0%} interval {gain['low']:.2f} to {gain['high']:.2f}"
+    interval = "no interval from a single scenario"
+    if gain["low"] is not None:
+        interval = f"{summary['confidence']:.0%} interval {gain['low']:.2f} to {gain['high']:.2f}"
     return (
         f"The learned policy {best} earns more return than {reference} in "
         f"{_where(summary, study, best)}; "
@@ -56,8 +58,9 @@ def _where(summary: Mapping[str, Any], study: StudyConfig, policy: str) -> str:
         for name, block in summary["sets"].items()
         if name not in pooled
     }
-    better = [name for name, gain in gains.items() if gain["low"] > 0.0]
-    worse = [name for name, gain in gains.items() if gain["high"] < 0.0]
+    known = {name: gain for name, gain in gains.items() if gain["low"] is not None}
+    better = [name for name, gain in known.items() if gain["low"] > 0.0]
+    worse = [name for name, gain in known.items() if gain["high"] < 0.0]
     parts = [f"{len(better)} of {len(gains)} set{'s' if len(gains) > 1 else ''}"]
     if 0 < len(better) < len(gains):
         parts[0] += f" ({', '.join(better)})"

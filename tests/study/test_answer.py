@@ -66,5 +66,15 @@ def test_a_metric_that_is_nowhere_defined_is_left_out() -> None:
     assert "time ratio" not in answer(found, STUDY)
 
 
+def test_a_single_scenario_makes_no_policy_better() -> None:
+    found = summary()
+    for block in found["sets"].values():
+        block["ppo"]["return_gain"] |= {"low": None, "high": None}
+
+    text = answer(found, STUDY)
+    assert "in 0 of 3 sets, neither in 3" in text
+    assert "return +0.50 (no interval from a single scenario)" in text
+
+
 def test_shipped_policies_and_files_are_learned_and_rules_are_not() -> None:
     assert learned(STUDY) == ["ppo", "learned:path=a[/b].npz"]
