@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from rich.console import Console
 
+from hazbot_gym.policies import Permissions
 from hazbot_gym.study import batch_rollout, records, replays, report
 from hazbot_gym.study.config import ScenarioSet, StudyConfig
 from hazbot_gym.study.replays import Choice, choices, choose, choose_worst, gives_again, replay
@@ -125,11 +126,22 @@ def test_a_policy_that_does_not_repeat_itself_is_named_and_marked(
     scenarios = ScenarioSet(name="Crossing", env="hazbot_gym/Crossing-v0")
     name = f"{__name__}:Whimsical"
     study = StudyConfig(policies=("constant:0.4", name), sets=(scenarios,))
-    blocks = [Block(policy, scenarios, 0, 2, study.seed) for policy in study.policies]
+    allowed, console = Permissions(allow_code=True), Console(width=200)
+    blocks = [
+        Block(policy, scenarios, 0, 2, study.seed, allowed=allowed) for policy in study.policies
+    ]
     rows = pd.DataFrame([row for block in blocks for row in run_block(block)])
     path = tmp_path / records.REPLAYS
     replays.record(
-        study, path, rows, None, specs(study), stamp="1", threads=1, console=Console(width=200)
+        study,
+        path,
+        rows,
+        None,
+        specs(study),
+        stamp="1",
+        threads=1,
+        console=console,
+        allowed=allowed,
     )
     said = capsys.readouterr().out
     assert name in said
