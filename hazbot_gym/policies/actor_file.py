@@ -9,10 +9,7 @@ field that moved would be misread in silence.
 from __future__ import annotations
 
 import json
-import zipfile
-import zlib
 from collections.abc import Mapping
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
@@ -24,9 +21,17 @@ from hazbot_gym.policies.actor import ACTIVATIONS, HEADS, Actor, Normalisation
 from hazbot_gym.policies.layer import Layer
 from hazbot_gym.policies.lstm import Lstm
 from hazbot_gym.task.observation import LAYOUTS, Layout
+from hazbot_gym.utils import npz
 
 FORMAT = 1
+MOST_TEXT = 8 * 2**20  # bytes of JSON
+# What reading raises where a file is none of ours. RecursionError: JSON nested too deeply.
+_UNUSABLE = (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError)
 _COMPARED = ("name", "unit", "low", "high", "scale")
+
+
+class _NoActor(ValueError):
+    """What a file holds makes no actor; the message says why."""
 
 
 class Trained(NamedTuple):
@@ -96,6 +101,12 @@ def write(trained: Trained, file: BinaryIO) -> None:
         arrays["mean"], arrays["variance"], clip, epsilon = actor.normalisation
         arrays["clip_epsilon"] = np.array([clip, epsilon])
     text = json.dumps(about, allow_nan=False).encode()
+    size = len(text) + sum(array.nbytes for array in arrays.values())
+    if size > npz.MOST_BYTES or len(text) > MOST_TEXT:
+        raise InvalidInput(
+            f"network: weights and description take {size:,} bytes, allowed are "
+            f"{npz.MOST_BYTES:,}, of which {MOST_TEXT:,} for the description"
+        )
     np.savez_compressed(file, about=np.frombuffer(text, np.uint8), **arrays)  # type: ignore[arg-type]
 
 
@@ -107,22 +118,28 @@ def read(path: Path) -> Trained:
             on other observations than the library's; one line.
     """
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
-        about = json.loads(arrays.pop("about").tobytes())
+        arrays = npz.read_arrays(path, kinds="fu")
+        about = _about(arrays.pop("about"))
         check(about, path)
         return Trained(_actor(arrays, about), about)
     except FileNotFoundError:
         raise InvalidInput(f"policy: there is no file {str(path)!r}") from None
     except InvalidInput:
         raise
-    except (
-        OSError, EOFError, ValueError, KeyError, TypeError, AttributeError,
-        zipfile.BadZipFile, zlib.error,
-    ) as error:  # fmt: skip
+    except _UNUSABLE as error:
+        why = f": {error}" if isinstance(error, npz.Unreadable | _NoActor) else ""
         raise InvalidInput(
-            f"policy: {str(path)!r} is damaged, or no trained policy of hazbot_gym"
+            f"policy: {str(path)!r} is damaged, or no trained policy of hazbot_gym{why}"
         ) from error
+
+
+def _about(text: npt.NDArray[Any]) -> dict[str, Any]:
+    if text.dtype != np.uint8 or text.nbytes > MOST_TEXT:
+        raise _NoActor("its description is no text of that length")
+    about = json.loads(text.tobytes())
+    if not isinstance(about, dict):
+        raise _NoActor("its description is no mapping")
+    return about
 
 
 def check(about: Mapping[str, Any], path: Path) -> None:
@@ -155,48 +172,72 @@ def _field(field: Mapping[str, Any]) -> str:
 
 def _actor(arrays: Mapping[str, npt.NDArray[Any]], about: Mapping[str, Any]) -> Actor:
     """Put the arrays together; a ValueError or KeyError says that they do not fit."""
-    count = sum(name.startswith("weight") for name in arrays)
-    layers = tuple(_layer(arrays, f"weight{i}", f"bias{i}") for i in range(count))
+    unlike = [name for name, array in arrays.items() if array.dtype.kind != "f"]
+    with np.errstate(over="ignore"):  # what overflows is refused as not finite
+        weights = {name: array.astype(np.float32) for name, array in arrays.items()}
+    endless = [name for name, array in weights.items() if not np.isfinite(array).all()]
+    if unlike or endless:
+        raise _NoActor(f"its {(unlike + endless)[0]} holds other than finite real numbers")
+    count = sum(name.startswith("weight") for name in weights)
     width = LAYOUTS[about["tier"]].width
-    lstm = _lstm(arrays, width)
-    sizes = [lstm.size if lstm else width, *(layer.bias.size for layer in layers)]
-    shapes = [layer.weight.shape for layer in layers]
-    fits = count > 0 and shapes == list(pairwise(sizes))
-    has_head = about["action"] in HEADS and (sizes[-1] == 1) == (about["action"] != "levels")
-    is_finite = all(np.isfinite(array).all() for array in arrays.values())
-    has_form = has_head and about["activation"] in ACTIVATIONS and _is_residual(about)
-    if not (fits and is_finite and has_form):
-        raise ValueError("the arrays do not make an actor")
-    statistics = _normalisation(arrays, width)
+    lstm = _lstm(weights, width)
+    layers = tuple(Layer(weights[f"weight{i}"], weights[f"bias{i}"]) for i in range(count))
+    _check_layers(layers, lstm.size if lstm else width)
+    outputs = layers[-1].bias.size
+    if about["action"] not in HEADS or (outputs == 1) != (about["action"] != "levels"):
+        raise _NoActor(f"its action is {about['action']!r} with {outputs} outputs")
+    if about["activation"] not in ACTIVATIONS or not _is_residual(about):
+        raise _NoActor("its activation or residual is not known")
+    statistics = _normalisation(weights, width)
+    known = 2 * count + 2 * (lstm is not None) + 3 * (statistics is not None)
+    if len(weights) != known:
+        raise _NoActor("it has arrays that belong to no part of an actor")
     return Actor(layers, about["activation"], about["action"], statistics, lstm)
 
 
-def _layer(arrays: Mapping[str, npt.NDArray[Any]], weight: str, bias: str) -> Layer:
-    return Layer(arrays[weight].astype(np.float32), arrays[bias].astype(np.float32))
+def _check_layers(layers: tuple[Layer, ...], inputs: int) -> None:
+    """Refuse layers that do not follow each other."""
+    if not layers:
+        raise _NoActor("it has no layers")
+    for i, layer in enumerate(layers):
+        outputs = layer.bias.size
+        if layer.bias.shape != (outputs,) or layer.weight.shape != (inputs, outputs) or not outputs:
+            raise _NoActor(
+                f"its layer {i} has weights {layer.weight.shape} and biases {layer.bias.shape} "
+                f"where {inputs} entries come in"
+            )
+        inputs = outputs
 
 
 def _lstm(arrays: Mapping[str, npt.NDArray[Any]], width: int) -> Lstm | None:
     if "gate_weight" not in arrays:
         return None
-    lstm = Lstm(_layer(arrays, "gate_weight", "gate_bias"))
-    if lstm.gates.weight.shape != (width + lstm.size, 4 * lstm.size):
-        raise ValueError("the LSTM does not fit the observations")
+    lstm = Lstm(Layer(arrays["gate_weight"], arrays["gate_bias"]))
+    gates, size = lstm.gates, lstm.size
+    fits = gates.weight.shape == (width + size, 4 * size) and gates.bias.shape == (4 * size,)
+    if not fits or not size:
+        raise _NoActor("its LSTM does not fit the observations")
     return lstm
 
 
 def _is_residual(about: Mapping[str, Any]) -> bool:
     """Tell whether an actor stands alone or says whole what it corrects; old files say nothing."""
     residual = about.get("residual")
-    return residual is None or (isinstance(residual["base"], str) and 0 < residual["scale"] <= 2)
+    if residual is None:
+        return True
+    base, scale = residual["base"], residual["scale"]
+    is_number = isinstance(scale, int | float) and not isinstance(scale, bool)
+    return isinstance(base, str) and is_number and 0 < scale <= 2
 
 
 def _normalisation(arrays: Mapping[str, npt.NDArray[Any]], width: int) -> Normalisation | None:
     if "mean" not in arrays:
         return None
     clip, epsilon = arrays["clip_epsilon"].tolist()
-    mean, variance = arrays["mean"].astype(np.float32), arrays["variance"].astype(np.float32)
-    if mean.shape != (width,) or variance.shape != (width,):
-        raise ValueError("the normalisation does not fit the observations")
+    mean, variance = arrays["mean"], arrays["variance"]
+    fits = mean.shape == (width,) and variance.shape == (width,)
+    if not fits or clip <= 0.0 or epsilon < 0.0 or (variance + np.float32(epsilon) <= 0.0).any():
+        raise _NoActor("its normalisation does not fit the observations, or divides by zero")
     return Normalisation(mean, variance, clip, epsilon)
 
 

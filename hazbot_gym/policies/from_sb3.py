@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import zipfile
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,8 @@ from hazbot_gym.policies.base import Policy
 from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations
 from hazbot_gym.policies.layer import Layer
 from hazbot_gym.policies.lstm import Lstm
+
+MOST_TEXT = 64 * 2**20  # bytes of JSON, in which the pickles are
 
 # Where SB3 keeps a policy class, and which algorithm can load a zip with it.
 _LOADERS = {
@@ -128,13 +131,18 @@ def load_zip(path: Path) -> Policy:
     """
     try:
         with zipfile.ZipFile(path) as archive:
+            if archive.getinfo("data").file_size > MOST_TEXT:
+                raise ValueError("its description is too long")
             module = json.loads(archive.read("data"))["policy_class"]["__module__"]
         loader = _LOADERS[module]
-    except (OSError, zipfile.BadZipFile, KeyError, TypeError, ValueError) as error:
+    except (
+        OSError, EOFError, zipfile.BadZipFile, zlib.error, KeyError, TypeError, ValueError,
+        RuntimeError,
+    ) as error:  # fmt: skip
         raise InvalidInput(
             f"policy: {str(path)!r} is no model that Stable-Baselines3 saved"
         ) from error
-    return _Model(_load(loader, path))
+    return _Model(_checked(_load(loader, path), path))
 
 
 def _load(loader: str, path: Path) -> Any:
@@ -143,7 +151,23 @@ def _load(loader: str, path: Path) -> Any:
         library = importlib.import_module(package)
     except ImportError as error:
         raise MissingExtra(package.replace("_", "-"), "train") from error
-    return getattr(library, algorithm).load(path, device="cpu")
+    try:
+        return getattr(library, algorithm).load(path, device="cpu")
+    except Exception as error:  # whatever the pickles in it raise
+        raise InvalidInput(
+            f"policy: {str(path)!r} cannot be loaded: {type(error).__name__}: {error}"
+        ) from error
+
+
+def _checked(model: Any, path: Path) -> Any:
+    """Return a model of flat observations and finite weights, refuse any other."""
+    if len(model.observation_space.shape or ()) != 1:
+        raise InvalidInput(
+            f"policy: {str(path)!r} takes {model.observation_space}, allowed are flat observations"
+        )
+    if not all(bool(weights.isfinite().all()) for weights in model.policy.state_dict().values()):
+        raise InvalidInput(f"policy: {str(path)!r} holds weights that are not finite")
+    return model
 
 
 class _Model(Guarded):

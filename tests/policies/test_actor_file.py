@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import io
+import json
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -179,3 +181,100 @@ def test_the_card_tells_how_to_use_it_and_what_it_reached(trained: Trained) -> N
         "| return | 12.5",
     ):
         assert part in text
+
+
+def repacked(folder: Path, **changes: Any) -> Path:
+    """Write an actor with some of its arrays exchanged, added or (None) left out."""
+    actor = some_actor(hidden=4, statistics=True)
+    with np.load(written(describe(actor, algorithm="PPO", tier="tracks"), folder)) as archive:
+        arrays = {**archive, **changes}
+    path = folder / "repacked.npz"
+    np.savez(path, **{name: array for name, array in arrays.items() if array is not None})
+    return path
+
+
+@pytest.mark.parametrize(
+    "array",
+    [
+        np.asfortranarray(np.full((48, 4), 0.5, np.float32)),
+        np.full((48, 4), 0.5, ">f4"),
+        np.full((48, 4), 0.5, np.float64),
+    ],
+    ids=["fortran", "big-endian", "double"],
+)
+def test_weights_in_another_order_or_precision_are_the_same_weights(
+    array: Any, tmp_path: Path
+) -> None:
+    expected = read(repacked(tmp_path, weight0=np.full((48, 4), 0.5, np.float32))).actor
+    found = read(repacked(tmp_path, weight0=array)).actor
+    blank = np.full((3, 48), 0.25, np.float32)
+    assert found.layers[0].weight.dtype == np.float32
+    assert np.array_equal(found.act(blank)[0], expected.act(blank)[0])
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"weight0": np.zeros((48, 4), np.complex64)},
+        {"weight0": np.zeros((48, 4), object)},
+        {"weight0": np.zeros((48, 4), "f4,f4")},
+        {"weight0": np.zeros((48, 4), "U3")},
+        {"weight0": np.zeros((48, 4), np.uint8)},
+        {"weight0": np.full((48, 4), np.nan, np.float32)},
+        {"weight0": np.full((48, 4), 1e300)},
+        {"weight0": np.zeros((48, 5), np.float32)},
+        {"weight0": np.zeros((48, 0), np.float32), "bias0": np.zeros(0, np.float32)},
+        {"weight0": np.zeros((4, 48), np.float32)},
+        {"weight1": np.zeros((4, 0), np.float32)},
+        {"bias0": np.zeros((4, 1), np.float32)},
+        {"bias0": np.full(4, -np.inf, np.float32)},
+        {"bias1": None},
+        {"weight1": None},
+        {"weight4": np.zeros((1, 1), np.float32), "bias4": np.zeros(1, np.float32)},
+        {"weight_more": np.zeros((1, 1), np.float32)},
+        {"mystery": np.zeros(1, np.float32)},
+        {"gate_weight": np.zeros((48, 0), np.float32), "gate_bias": np.zeros(0, np.float32)},
+        {"gate_bias": np.zeros(4, np.float32)},
+        {"mean": None},
+        {"mean": np.zeros(47, np.float32)},
+        {"variance": np.full(48, -1.0, np.float32)},
+        {"clip_epsilon": np.array([10.0, -1e-3])},
+        {"clip_epsilon": np.array([-1.0, 1e-8])},
+        {"clip_epsilon": np.array([10.0])},
+        {"about": None},
+        {"about": np.zeros(3, np.float32)},
+        {"about": np.frombuffer(b"[1, 2]", np.uint8)},
+        {"about": np.frombuffer(b"[" * 100_000, np.uint8)},
+        {"about": np.frombuffer(b'{"a":' * 100_000, np.uint8)},
+        {"about": np.frombuffer(b"\xff\xfe\xfd", np.uint8)},
+        {"about": np.full(9_000_000, 32, np.uint8)},
+    ],
+    ids=lambda changes: ",".join(changes),
+)
+def test_arrays_that_make_no_actor_are_one_line(changes: dict[str, Any], tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match=r"repacked\.npz' is damaged") as caught:
+        read(repacked(tmp_path, **changes))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("scale", [True, "1", float("nan"), 0, 3, None])
+def test_a_correction_of_no_usable_scale_is_refused(scale: Any, tmp_path: Path) -> None:
+    trained = describe(some_actor(), algorithm="PPO", tier="tracks")
+    about = trained.about | {"residual": {"base": "constant", "scale": scale}}
+    with np.load(written(trained, tmp_path)) as archive:
+        arrays = dict(archive)
+    arrays["about"] = np.frombuffer(json.dumps(about).encode(), np.uint8)
+    np.savez(tmp_path / "odd.npz", **arrays)
+    with pytest.raises(InvalidInput, match="is damaged"):
+        read(tmp_path / "odd.npz")
+
+
+def test_a_network_that_is_too_large_to_be_read_again_is_not_written(tmp_path: Path) -> None:
+    huge = some_actor()._replace(
+        layers=(
+            Layer(np.zeros((48, 700_000), np.float32), np.zeros(700_000, np.float32)),
+            Layer(np.zeros((700_000, 1), np.float32), np.zeros(1, np.float32)),
+        )
+    )
+    with pytest.raises(InvalidInput, match="^network: weights and description take 14"):
+        write(describe(huge, algorithm="PPO", tier="tracks"), io.BytesIO())

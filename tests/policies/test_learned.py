@@ -1,11 +1,13 @@
 from __future__ import annotations
 
 import sys
+import zipfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import torch
 from sb3_contrib import TQC
 from stable_baselines3 import DQN, PPO
 
@@ -123,6 +125,30 @@ def test_a_zip_is_loaded_where_that_is_allowed(
         policy.predict(np.zeros(12, np.float32))
     with pytest.raises(InvalidInput, match="^deterministic: given False"):
         policy.predict(np.zeros(48, np.float32), deterministic=False)
+
+
+@pytest.mark.parametrize("data", ["[" * 100_000, "{}", '{"policy_class": 3}', "\x00"])
+def test_a_zip_whose_description_is_none_is_one_line(data: str, tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "model.zip", "w") as archive:
+        archive.writestr("data", data)
+    with pytest.raises(InvalidInput, match="no model that Stable-Baselines3 saved"):
+        policies.make(f"learned:{tmp_path / 'model.zip'}", allow_pickle=True)
+
+
+def test_a_zip_of_broken_weights_or_damaged_pickles_is_one_line(blank: Any, tmp_path: Path) -> None:
+    model, path = PPO("MlpPolicy", blank(), device="cpu"), tmp_path / "model.zip"
+    with torch.no_grad():
+        model.policy.action_net.weight[0, 0] = torch.nan
+    model.save(path)
+    with pytest.raises(InvalidInput, match="holds weights that are not finite"):
+        policies.make(f"learned:{path}", allow_pickle=True)
+    with zipfile.ZipFile(path) as archive:
+        entries = {name: archive.read(name) for name in archive.namelist()}
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in entries.items():
+            archive.writestr(name, content[:-40] if name == "policy.pth" else content)
+    with pytest.raises(InvalidInput, match="model.zip' cannot be loaded: "):
+        policies.make(f"learned:{path}", allow_pickle=True)
 
 
 def test_a_zip_without_the_extra_names_it(

@@ -142,7 +142,7 @@ def test_a_policy_that_does_not_repeat_itself_is_named_and_marked(
         threads=1,
         console=console,
         allowed=allowed,
-    )
+    )  # fmt: skip
     said = capsys.readouterr().out
     assert name in said
     assert "does not repeat itself" in said
