@@ -27,7 +27,7 @@ from hazbot_gym.sim.walkers import Bench
 from hazbot_gym.task.observation import encode
 from hazbot_gym.task.outcome import RUNNING, settle
 from hazbot_gym.task.reward import reward_terms, safety_cost, total
-from hazbot_gym.task.scenario import ScenarioTable, draw_scenario, recording_rows
+from hazbot_gym.task.scenario import ScenarioTable, draw_scenario
 
 Bools = npt.NDArray[np.bool_]
 Observations = npt.NDArray[np.float32]
@@ -71,7 +71,7 @@ class Problem(NamedTuple):
 @scalar
 def _surroundings(problem: Problem) -> Surroundings:
     """Return what worlds stand in."""
-    return Surroundings(problem.table.places, problem.table.recorded.positions)
+    return Surroundings(problem.table.places, problem.table.recorded)
 
 
 # --- one world -----------------------------------------------------------------------------------
@@ -111,9 +111,8 @@ def _reset_world(
         tracks[k].pattern = NO_PATTERN
         for row in range(worlds.history.shape[1]):
             worlds.history[i, row, k].visible = 0
-    place_index, first_row = draw_scenario(people, problem.table, key)
-    worlds.places[i], worlds.keys[i], worlds.steps[i] = place_index, key, 0
-    worlds.rows[i, 0], worlds.rows[i, 1] = recording_rows(problem.table, place_index, first_row)
+    worlds.places[i], worlds.starts[i] = draw_scenario(people, problem.table, key)
+    worlds.keys[i], worlds.steps[i] = key, 0
     episodes.is_over[i] = False
     for k in range(worlds.pending.shape[1]):
         worlds.pending[i, k] = problem.start_speed_mps

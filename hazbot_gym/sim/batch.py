@@ -16,6 +16,7 @@ from hazbot_gym.config import Config
 from hazbot_gym.core.fuzzy_pid import gain_table
 from hazbot_gym.core.jit import LANES, scalar
 from hazbot_gym.core.place_table import PlaceTable, place_at
+from hazbot_gym.core.recorded_table import RecordedTable, stretch_of
 from hazbot_gym.core.social_force import SocialForce
 from hazbot_gym.core.state import (
     NO_CONTACT,
@@ -59,14 +60,14 @@ class Worlds(NamedTuple):
     keys: npt.NDArray[np.uint64]  # (N,) of the scenario
     steps: npt.NDArray[np.int64]  # (N,) decisions taken
     places: npt.NDArray[np.int64]  # (N,) row of the surroundings' places
-    rows: npt.NDArray[np.int64]  # (N, 2) first row of the recording, and the row after its last
+    starts: npt.NDArray[np.int64]  # (N,) step of the place's recording at which the episode began
 
 
 class Surroundings(NamedTuple):
     """What worlds stand in, shared by all that stand in the same."""
 
     places: PlaceTable
-    positions: Floats  # (T, P, 2) of recorded people at every social step, all recordings [m]
+    recorded: RecordedTable
 
 
 GROUP = np.dtype(
@@ -106,7 +107,7 @@ def allocate(worlds: int, people: int, *, tracker_latency: int, drive_latency: i
         keys=np.zeros(worlds, np.uint64),
         steps=np.zeros(worlds, np.int64),
         places=np.zeros(worlds, np.int64),
-        rows=np.zeros((worlds, 2), np.int64),
+        starts=np.zeros(worlds, np.int64),
     )
 
 
@@ -136,7 +137,7 @@ def begin_social_period(
     step: int, bench: Bench, walkers: int,
 ) -> int:  # fmt: skip
     """Put the people of world i on a bench, to choose a velocity; return how many are there now."""
-    recording = surroundings.positions[worlds.rows[i, 0] : worlds.rows[i, 1]]
+    recording = stretch_of(surroundings.recorded, worlds.places[i], worlds.starts[i])
     return begin_social_step(
         worlds.people[i], place_of(worlds, i, surroundings), worlds.robots[i], force,
         m.reactions, recording, worlds.keys[i], step, m.social_s, bench, walkers,

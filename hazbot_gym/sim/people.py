@@ -7,14 +7,13 @@ People pick their velocities simultaneously, from everybody's old ones.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from hazbot_gym.core.elementary import sin_cos
 from hazbot_gym.core.entries import pass_on
 from hazbot_gym.core.geometry import norm, route_pose
 from hazbot_gym.core.jit import routine, scalar
+from hazbot_gym.core.recorded_table import Stretch, rows_from
 from hazbot_gym.core.social_force import SocialForce
 from hazbot_gym.core.state import (
     GONE,
@@ -60,25 +59,32 @@ def _follow_script(me: Record, routes: Floats, dt_s: float) -> None:
 
 
 @scalar
-def _follow_recording(me: Record, robot: Record, recording: Floats, step: int, dt_s: float) -> None:
-    """Set the next velocity of a replayed person; NaN in the recording means absent.
+def _follow_recording(
+    me: Record, robot: Record, recording: Stretch, step: int, dt_s: float
+) -> None:
+    """Set the next velocity of a replayed person.
 
     People walk as recorded, but round a robot that stands in their way: nobody there had one to
     see.
     """
-    if step + 1 >= recording.shape[0]:
+    if step + 1 >= recording.steps:
         me.status = GONE
         return
-    if math.isnan(recording[step, me.route, 0]) or math.isnan(recording[step + 1, me.route, 0]):
+    row, end = me.row, me.end
+    if me.status != PRESENT or row + 1 >= end:
+        row, end = rows_from(recording, me.route, step)
+        me.end = end
+    me.row = row + 1
+    if row + 1 >= end:
         me.status = WAITING
         return
     if me.status != PRESENT:
-        me.x, me.y = recording[step, me.route, 0], recording[step, me.route, 1]
+        me.x, me.y = recording.positions[row, 0], recording.positions[row, 1]
         if norm(robot.x - me.x, robot.y - me.y) < me.radius + ROBOT_RADIUS_M + ROBOT_MARGIN_M:
             return
         me.status = PRESENT
-    vx = (recording[step + 1, me.route, 0] - me.x) / dt_s
-    vy = (recording[step + 1, me.route, 1] - me.y) / dt_s
+    vx = (recording.positions[row + 1, 0] - me.x) / dt_s
+    vy = (recording.positions[row + 1, 1] - me.y) / dt_s
     speed = norm(vx, vy)
     if speed > CATCH_UP_MPS:
         vx *= CATCH_UP_MPS / speed
@@ -112,7 +118,7 @@ def _advance(me: Record, routes: Floats, dt_s: float) -> None:
 @routine
 def begin_social_step(
     people: Records, place: Place, robot: Record, force: SocialForce, reactions: Records,
-    recording: Floats, key: np.uint64, step: int, dt_s: float, bench: Bench, walkers: int,
+    recording: Stretch, key: np.uint64, step: int, dt_s: float, bench: Bench, walkers: int,
 ) -> int:  # fmt: skip
     """Let people come and go, and put those who walk by social forces on a bench.
 
@@ -170,7 +176,7 @@ def end_social_step(
 @scalar
 def social_step(
     people: Records, place: Place, robot: Record, force: Record, reactions: Records,
-    recording: Floats, key: np.uint64, step: int, dt_s: float, bench: Bench,
+    recording: Stretch, key: np.uint64, step: int, dt_s: float, bench: Bench,
 ) -> None:  # fmt: skip
     """Give every person of one world the velocity that it keeps for the next social period.
 
@@ -180,7 +186,7 @@ def social_step(
         robot: The robot's record.
         force: Constants of the walking model (a record with the fields of ``SocialForce``).
         reactions: (4,) records of ``Reaction``.
-        recording: (T, P, 2) positions at every social step [m], NaN where absent; for REPLAY only.
+        recording: Followed by people whose model is REPLAY.
         key: Key of the scenario's noise.
         step: Number of this social step since the reset.
         dt_s: Social period [s].

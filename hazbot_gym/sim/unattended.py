@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from hazbot_gym.core.jit import lean_kernel
+from hazbot_gym.core.recorded_table import NO_STRETCH, Stretch
 from hazbot_gym.core.social_force import ATTENTIVE, SocialForce
-from hazbot_gym.core.state import PERSON, ROBOT, Floats, Place, Records, as_record, records
+from hazbot_gym.core.state import PERSON, ROBOT, Place, Records, as_record, records
 from hazbot_gym.sim.people import move_people, social_step
 from hazbot_gym.sim.walkers import Bench, make_bench
 
@@ -26,26 +29,37 @@ def walk_unattended(
         steps: How many social steps.
         dt_s: Social period [s].
     """
+    return next(walk_in_parts(people, place, force, key=key, steps=steps, dt_s=dt_s, part=steps))
+
+
+def walk_in_parts(
+    people: Records, place: Place, force: SocialForce, *,
+    key: int, steps: int, dt_s: float, part: int,
+) -> Iterator[Records]:  # fmt: skip
+    """Yield what ``walk_unattended`` returns, ``part`` steps at a time."""
     robot = records(ROBOT, 1)
     robot["x"] = FAR_AWAY_M
-    seen = np.zeros((steps, len(people)), PERSON)
-    nobody_is_replayed = np.zeros((0, 0, 2))
     # One for every reaction that a person may carry; compiled code does not check an index.
     reactions = np.repeat(as_record(ATTENTIVE), 1 + people["reaction"].max(initial=0))
-    _walk(
-        people, place, robot, as_record(force), reactions, nobody_is_replayed,
-        np.uint64(key), dt_s, make_bench(len(people)), seen,
-    )  # fmt: skip
-    return seen
+    bench = make_bench(len(people))
+    for first in range(0, steps, part):
+        seen = np.zeros((min(part, steps - first), len(people)), PERSON)
+        _walk(
+            people, place, robot, as_record(force), reactions, NO_STRETCH,
+            np.uint64(key), first, dt_s, bench, seen,
+        )  # fmt: skip
+        yield seen
 
 
 @lean_kernel
 def _walk(
     people: Records, place: Place, robot: Records, force: Records, reactions: Records,
-    recording: Floats, key: np.uint64, dt_s: float, bench: Bench, seen: Records,
+    recording: Stretch, key: np.uint64, first: int, dt_s: float, bench: Bench, seen: Records,
 ) -> None:  # fmt: skip
-    for step in range(seen.shape[0]):
-        social_step(people, place, robot[0], force[0], reactions, recording, key, step, dt_s, bench)
+    for k in range(seen.shape[0]):
+        social_step(
+            people, place, robot[0], force[0], reactions, recording, key, first + k, dt_s, bench
+        )
         for i in range(people.shape[0]):
-            seen[step, i] = people[i]
+            seen[k, i] = people[i]
         move_people(people, dt_s)

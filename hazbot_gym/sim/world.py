@@ -17,6 +17,7 @@ import pymunk
 from hazbot_gym.config import Config
 from hazbot_gym.core.fuzzy_pid import gain_table
 from hazbot_gym.core.jit import LANES, lean_kernel
+from hazbot_gym.core.recorded_table import Stretch
 from hazbot_gym.core.state import (
     PERSON_MASS_KG,
     PERSON_RADIUS_M,
@@ -25,7 +26,6 @@ from hazbot_gym.core.state import (
     ROBOT_MASS_KG,
     ROBOT_RADIUS_M,
     WHEEL,
-    Floats,
     Ints,
     Place,
     Records,
@@ -81,7 +81,7 @@ def _people_step(
     place: Place,
     force: Records,
     reactions: Records,
-    recording: Floats,
+    recording: Stretch,
     key: np.uint64,
     step: int,
     dt_s: float,
@@ -126,13 +126,13 @@ class World:
         self._wall_shapes: list[pymunk.Segment] = []
         self._index: dict[pymunk.Body, int] = {}
 
-    def reset(self, place: Place, people: Records, recording: Floats, key: int) -> None:
+    def reset(self, place: Place, people: Records, recording: Stretch, key: int) -> None:
         """Start an episode.
 
         Args:
             place: Walls, path and routes.
             people: (P,) PERSON records at time zero; the world takes them over.
-            recording: (T, P, 2) positions at every social step for replayed people, else (0, 0, 2).
+            recording: For replayed people.
             key: Key of the scenario's noise.
         """
         if not self._wall_shapes or place.walls is not self.place.walls:

@@ -16,7 +16,7 @@ p5) and of passing (medians of encountering and confronting pairs).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -37,7 +37,7 @@ from hazbot_gym.core.state import (
     records,
 )
 from hazbot_gym.errors import InvalidInput, MissingExtra
-from hazbot_gym.sim.unattended import walk_unattended
+from hazbot_gym.sim.unattended import walk_in_parts
 from hazbot_gym.task.crowd import SPEED_HIGH_MPS, SPEED_LOW_MPS
 from hazbot_gym.task.density import BIN_EDGES, Bin, fundamental_diagram
 from hazbot_gym.task.recorded import inside_corridor, recorded_places
@@ -62,6 +62,7 @@ PASSING = ("encountering", "confronting")
 GENERATIONS, CANDIDATES_EACH = 40, 10  # of the search
 GOAL_MPS = 0.2  # largest difference of mean speeds in a bin, on runs not fitted on
 KEYS = (1, 2)  # of the fluctuations
+RECORDS_AT_ONCE = 1_000_000  # of the model's people, 140 bytes each; sightings alone are kept
 MISSING_BIN_MPS = 0.4  # what a density that the model never reaches counts as
 
 
@@ -157,8 +158,11 @@ def walk_again(run: Run, force: SocialForce, *, key: int = KEYS[0]) -> Walked:
         person.model, person.radius = SOCIAL_FORCE, PERSON_RADIUS_M
         seat(person, run.place, entry, 0.0)
     steps = int(run.recording.duration_s / dt_s) + 1
-    seen = walk_unattended(people, run.place, force, key=key, steps=steps, dt_s=dt_s)
-    return _walked(_as_recording(run.recording, seen, dt_s))
+    parts = walk_in_parts(
+        people, run.place, force, key=key, steps=steps, dt_s=dt_s,
+        part=math.ceil(RECORDS_AT_ONCE / max(len(people), 1)),
+    )  # fmt: skip
+    return _walked(_as_recording(run.recording, parts, dt_s))
 
 
 def with_drawn_speeds(run: Run, speeds: Speeds, *, seed: int) -> Run:
@@ -253,18 +257,23 @@ def _walked(recording: Recording) -> Walked:
     return Walked(recording.people, bins, statistics(recording))
 
 
-def _as_recording(like: Recording, seen: Records, dt_s: float) -> Recording:
-    """Return records (T, P) as a recording of those who were there at all."""
-    is_there = seen["status"] == PRESENT
-    lengths = is_there.sum(axis=0)
-    came = np.flatnonzero(lengths > 1)
-    positions = np.stack([seen["x"], seen["y"]], axis=-1)
-    tracks = [positions[is_there[:, person], person] for person in came]
+def _as_recording(like: Recording, parts: Iterable[Records], dt_s: float) -> Recording:
+    """Return records (T, P), which come some steps at a time, as a recording of those who came."""
+    rows, first = [], 0
+    for seen in parts:
+        step, person = np.nonzero(seen["status"] == PRESENT)
+        there = seen[step, person]
+        rows.append(np.stack([person, first + step, there["x"], there["y"]], axis=1))
+        first += len(seen)
+    sightings = np.concatenate(rows)
+    sightings = sightings[np.argsort(sightings[:, 0], kind="stable")]
+    ids, starts, lengths = np.unique(sightings[:, 0], return_index=True, return_counts=True)
+    came = lengths > 1
     return replace(
         like,
         dt_s=dt_s,
-        ids=came,
-        first_steps=np.argmax(is_there[:, came], axis=0),
+        ids=ids[came].astype(np.int64),
+        first_steps=sightings[starts[came], 1].astype(np.int64),
         lengths=lengths[came],
-        positions=np.concatenate(tracks),
+        positions=np.ascontiguousarray(sightings[np.repeat(came, lengths), 2:]),
     )

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hazbot_gym.core.state import Floats
+from hazbot_gym.core.state import Floats, Ints
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.task.tracks import Recording, window
+from hazbot_gym.task.tracks import Recording, resample
 
 AREA_LENGTH_M = 2.0  # along the corridor, at its middle
 EVERY_S = 0.5
@@ -45,17 +45,26 @@ def densities_and_speeds(recording: Recording) -> Floats:
     spans = (recording.corridor.x_m, recording.corridor.y_m)
     (begin, end), (left, right) = spans[along], spans[1 - along]
     middle, area = (begin + end) / 2.0, AREA_LENGTH_M * (right - left)
-    positions = window(recording, 0.0, recording.duration_s, HALF_SPAN_S)
-    before, now, after = positions[:-2], positions[1:-1], positions[2:]
-    speeds = np.hypot(*np.moveaxis(after - before, -1, 0)) / (2.0 * HALF_SPAN_S)
-    is_inside = np.abs(now[..., along] - middle) <= AREA_LENGTH_M / 2.0  # false for NaN
-    is_inside &= np.isfinite(speeds)
-    rows = [
-        (inside.sum() / area, speed[inside].mean())
-        for inside, speed in zip(is_inside, speeds, strict=True)
-        if inside.any()
-    ]
+    moments, speeds = _inside(recording, along, middle)
+    order = np.argsort(moments, kind="stable")
+    together = np.split(speeds[order], np.flatnonzero(np.diff(moments[order])) + 1)
+    rows = [(len(each) / area, each.mean()) for each in together if len(each)]
     return np.array(rows).reshape(-1, 2)
+
+
+def _inside(recording: Recording, along: int, middle: float) -> tuple[Ints, Floats]:
+    """Return moments and speeds of those who are inside the area, person by person."""
+    sampled = resample(recording, HALF_SPAN_S)
+    latest = round(recording.duration_s / HALF_SPAN_S) - 2
+    moments, speeds = [np.zeros(0, np.int64)], [np.zeros(0)]
+    for first, track in zip(sampled.first_steps, sampled.tracks(), strict=True):
+        moment = first + np.arange(1, len(track) - 1)
+        is_inside = np.abs(track[1:-1, along] - middle) <= AREA_LENGTH_M / 2.0
+        is_inside &= moment <= latest
+        speed = np.hypot(*(track[2:] - track[:-2]).T) / (2.0 * HALF_SPAN_S)
+        moments.append(moment[is_inside])
+        speeds.append(speed[is_inside])
+    return np.concatenate(moments), np.concatenate(speeds)
 
 
 def fundamental_diagram(recording: Recording) -> list[Bin]:

@@ -11,6 +11,7 @@ import hashlib
 import numpy as np
 import numpy.typing as npt
 
+from hazbot_gym.core.recorded_table import Stretch, rows_from
 from hazbot_gym.core.state import GONE, PATH_PIECE, Floats
 from hazbot_gym.task.scenario import Scenario
 
@@ -48,10 +49,24 @@ def fingerprint(scenario: Scenario) -> str:
     people = np.array([list(person.values()) for person in parameters(scenario)])
     path = np.stack([place.path[name] for name in PATH_PIECE.names or ()], axis=1)
     total = hashlib.sha256(scenario.name.encode())
-    for figures in (people, place.walls, path, scenario.recording[:1]):
+    for figures in (people, place.walls, path, _standing_first(scenario.recording)):
         total.update(str(figures.shape).encode())
         total.update(_in_millionths(figures).tobytes())
     return total.hexdigest()[:LENGTH]
+
+
+def _standing_first(recording: Stretch) -> Floats:
+    """Return where recorded people stand at first, (1, S, 2) [m], NaN where a slot is empty.
+
+    (0, S, 2) if nobody is replayed.
+    """
+    slots = len(recording.slots) - 1
+    positions = np.full((min(recording.steps, 1), slots, 2), np.nan)
+    for slot in range(slots if recording.steps else 0):
+        row, end = rows_from(recording, slot, 0)
+        if row < end:
+            positions[0, slot] = recording.positions[row]
+    return positions
 
 
 def _in_millionths(figures: Floats) -> npt.NDArray[np.int64]:

@@ -7,19 +7,19 @@ model does the rest, so that these people do answer to the robot.
 
 from __future__ import annotations
 
+import heapq
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from hazbot_gym.core.entries import REST_S, seat
 from hazbot_gym.core.geometry import path_length
 from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.noise import SCENARIO, uniform4
 from hazbot_gym.core.place_table import PlaceTable
+from hazbot_gym.core.recorded_table import RecordedTable, Stretch, rows_from, stretch_of
 from hazbot_gym.core.state import (
     AGAINST,
     GONE,
@@ -38,21 +38,12 @@ from hazbot_gym.task.replay_place import replay_frame
 from hazbot_gym.task.synthetic_tracks import synthetic_recording
 from hazbot_gym.task.track_folders import find_recordings, load_tracks
 from hazbot_gym.task.track_statistics import Entries, entries
-from hazbot_gym.task.tracks import Recording, resample
+from hazbot_gym.task.tracks import Recording, resample, steps_on_clock
 
 ATTEMPTS = 8  # to find a moment at which nobody stands at the robot's start
 START_ROOM_M = 1.5  # free distance to people at the start
 SHORTEST_WAY_M = 1.0  # from entry to exit, of people who seed walkers
 EMPTY_STEPS = 4  # between two people in a slot, so that every decision can tell them apart
-
-
-class RecordedTable(NamedTuple):
-    """Recordings as arrays, one after the other; places 2 r and 2 r + 1 are the ways through r."""
-
-    dt_s: float  # the social period, on which positions are given
-    starts: npt.NDArray[np.int64]  # (recordings,) first row of each in ``positions``
-    counts: npt.NDArray[np.int64]  # (recordings,) number of rows
-    positions: Floats  # (rows, S, 2) people in slots [m], NaN where a slot is empty
 
 
 def load_recordings(tracks: str | None) -> list[Recording]:
@@ -91,14 +82,27 @@ def recorded_places(recordings: list[Recording], *, with_entries: bool) -> list[
 
 def recorded_table(recordings: list[Recording], dt_s: float) -> RecordedTable:
     """Return the recordings as arrays on a clock [s]."""
-    packed = [_in_slots(resample(recording, dt_s)) for recording in recordings]
-    counts = np.array([len(positions) for positions in packed])
-    slots = max(positions.shape[1] for positions in packed)
-    rows = np.full((int(counts.sum()), slots, 2), np.nan)
-    starts = np.cumsum(counts) - counts
-    for start, positions in zip(starts, packed, strict=True):
-        rows[start : start + len(positions), : positions.shape[1]] = positions
-    return RecordedTable(dt_s, starts, counts, rows)
+    on_clock = [resample(recording, dt_s) for recording in recordings]
+    in_slots = [_in_slots(recording) for recording in on_clock]
+    width = max(len(slots) for slots in in_slots)
+    slots = np.zeros((len(recordings), width + 1), np.int64)
+    firsts: list[int] = []
+    tracks = [np.zeros((0, 2))]
+    for row, recording, people_in in zip(slots, on_clock, in_slots, strict=True):
+        positions = recording.tracks()
+        for slot, people in enumerate(people_in):
+            row[slot] = len(firsts)
+            firsts += recording.first_steps[people].tolist()
+            tracks += [positions[person] for person in people]
+        row[len(people_in) :] = len(firsts)
+    return RecordedTable(
+        dt_s=dt_s,
+        counts=np.array([steps_on_clock(recording, dt_s) for recording in recordings]),
+        slots=slots,
+        firsts=np.array(firsts, np.int64),
+        offsets=np.cumsum([len(track) for track in tracks]),
+        positions=np.concatenate(tracks),
+    )
 
 
 def most_at_once(places: list[Place], duration_s: float) -> int:
@@ -180,35 +184,35 @@ def inside_corridor(recording: Recording) -> Recording:
     )
 
 
-def _in_slots(positions: Floats) -> Floats:
-    """Return positions (T, P, 2) as (T, S, 2), where a slot serves one person after another.
-
-    A world then needs records for as many people as are there at once, not for all who ever come.
-    """
-    is_there = ~np.isnan(positions[:, :, 0])
-    free_from: list[int] = []
-    packed = np.full_like(positions, np.nan)
-    for person in np.argsort(np.argmax(is_there, axis=0), kind="stable"):
-        steps = np.flatnonzero(is_there[:, person])
-        if not len(steps):
-            continue
-        slot = next((k for k, step in enumerate(free_from) if step <= steps[0]), len(free_from))
-        if slot == len(free_from):
-            free_from.append(0)
-        packed[steps, slot] = positions[steps, person]
-        free_from[slot] = int(steps[-1]) + 1 + EMPTY_STEPS
-    return packed[:, : len(free_from)]
+def _in_slots(recording: Recording) -> list[list[int]]:
+    """Return for each slot the people whom it serves, one after another: the first free one."""
+    slots: list[list[int]] = []
+    free: list[int] = []  # heaps: the lowest slot, and the slot that is free next
+    taken: list[tuple[int, int]] = []
+    ends = recording.first_steps + recording.lengths + EMPTY_STEPS
+    for person in np.argsort(recording.first_steps, kind="stable").tolist():
+        while taken and taken[0][0] <= recording.first_steps[person]:
+            heapq.heappush(free, heapq.heappop(taken)[1])
+        if not free:
+            free.append(len(slots))
+            slots.append([])
+        slot = heapq.heappop(free)
+        slots[slot].append(person)
+        heapq.heappush(taken, (int(ends[person]), slot))
+    return slots
 
 
 # --- drawing -------------------------------------------------------------------------------------
 
 
 @scalar
-def _is_start_free(table: RecordedTable, row: int, x: float, y: float) -> bool:
-    for slot in range(table.positions.shape[1]):
-        dx, dy = table.positions[row, slot, 0] - x, table.positions[row, slot, 1] - y
-        if dx * dx + dy * dy < START_ROOM_M * START_ROOM_M:  # false for NaN
-            return False
+def _is_start_free(stretch: Stretch, x: float, y: float) -> bool:
+    for slot in range(stretch.slots.shape[0] - 1):
+        row, end = rows_from(stretch, slot, 0)
+        if row < end:
+            dx, dy = stretch.positions[row, 0] - x, stretch.positions[row, 1] - y
+            if dx * dx + dy * dy < START_ROOM_M * START_ROOM_M:
+                return False
     return True
 
 
@@ -216,22 +220,22 @@ def _is_start_free(table: RecordedTable, row: int, x: float, y: float) -> bool:
 def draw_stretch(
     table: RecordedTable, places: PlaceTable, key: np.uint64, nominal_speed_mps: float
 ) -> tuple[int, int]:
-    """Return which place, and which row of the positions an episode starts at.
+    """Return which place, and which step of its recording an episode starts at.
 
     It leaves time for twice the drive at nominal speed, where the recording is long enough.
     """
     u_which, u_way, _, _ = uniform4(key, SCENARIO, 0, 0)
-    which = min(int(u_which * table.starts.shape[0]), table.starts.shape[0] - 1)
+    which = min(int(u_which * table.counts.shape[0]), table.counts.shape[0] - 1)
     place = 2 * which + (1 if u_way < 0.5 else 0)
     path = places.paths[place, : places.path_counts[place]]
     needed = int(2.0 * path_length(path) / nominal_speed_mps / table.dt_s)
     latest = max(table.counts[which] - 1 - needed, 0)
-    row = 0
+    start = 0
     for attempt in range(ATTEMPTS):
-        row = table.starts[which] + int(latest * uniform4(key, SCENARIO, attempt, 1)[0])
-        if _is_start_free(table, row, path[0].x, path[0].y):
+        start = int(latest * uniform4(key, SCENARIO, attempt, 1)[0])
+        if _is_start_free(stretch_of(table, place, start), path[0].x, path[0].y):
             break
-    return place, row
+    return place, start
 
 
 @scalar

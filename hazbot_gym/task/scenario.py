@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from hazbot_gym.config import Config, Walker
-from hazbot_gym.core.jit import lean_kernel, routine, scalar
+from hazbot_gym.core.jit import lean_kernel, routine
 from hazbot_gym.core.place_table import PlaceTable, place_at, stack_places
+from hazbot_gym.core.recorded_table import NO_RECORDING, RecordedTable, Stretch, stretch_of
 from hazbot_gym.core.state import (
     PERSON,
     PERSON_RADIUS_M,
@@ -30,7 +31,6 @@ from hazbot_gym.core.state import (
 from hazbot_gym.task.crowd import Crowd, crowd_of, draw_people
 from hazbot_gym.task.places import load_place
 from hazbot_gym.task.recorded import (
-    RecordedTable,
     draw_stretch,
     fill_replayed,
     fill_seeded,
@@ -41,12 +41,6 @@ from hazbot_gym.task.recorded import (
 )
 
 CROWD, WALKERS, REPLAYED, SEEDED = range(4)
-NO_RECORDING = RecordedTable(
-    dt_s=1.0,
-    starts=np.zeros(0, np.int64),
-    counts=np.zeros(0, np.int64),
-    positions=np.zeros((0, 0, 2)),
-)
 WALKER_REACH_M = 200.0  # walkers given one by one walk on this far
 
 
@@ -69,13 +63,13 @@ class Scenario(NamedTuple):
         name: What the place or the recording is called.
         place: Walls, path and routes.
         people: (P,) PERSON records at time zero.
-        recording: (T, P, 2) positions at every social step from now on [m], empty if not replayed.
+        recording: Whose people are replayed, from now on; without steps if nobody is.
     """
 
     name: str
     place: Place
     people: Records
-    recording: Floats
+    recording: Stretch
 
 
 class Source:
@@ -103,15 +97,16 @@ class Source:
     def draw(self, key: int) -> Scenario:
         """Return the scenario of a key."""
         people = records(PERSON, self.people)
-        place, row = _draw(people, self.table, np.uint64(key))
-        first, last = recording_rows(self.table, place, row)
-        positions = self.table.recorded.positions[first:last]
-        return Scenario(self.names[place], self._places[place], people, positions)
+        place, start = _draw(people, self.table, np.uint64(key))
+        recording = stretch_of(self.table.recorded, place, start)
+        if self.table.kind != REPLAYED:
+            recording = recording._replace(steps=0)
+        return Scenario(self.names[place], self._places[place], people, recording)
 
 
 @routine
 def draw_scenario(people: Records, table: ScenarioTable, key: np.uint64) -> tuple[int, int]:
-    """Write people (P,) at time zero; return the place, and the first row of the recording.
+    """Write people (P,) at time zero; return the place, and the first step of its recording.
 
     The records must be zero before.
     """
@@ -122,29 +117,19 @@ def draw_scenario(people: Records, table: ScenarioTable, key: np.uint64) -> tupl
         for i in range(people.shape[0]):
             people[i] = table.walkers[i]
         return 0, 0
-    place, row = draw_stretch(table.recorded, table.places, key, table.nominal_speed_mps)
+    place, start = draw_stretch(table.recorded, table.places, key, table.nominal_speed_mps)
     if table.kind == REPLAYED:
         fill_replayed(people)
     else:
-        which = place // 2
-        start_s = (row - table.recorded.starts[which]) * table.recorded.dt_s
+        start_s = start * table.recorded.dt_s
         seeded = place_at(table.places, place)
         fill_seeded(people, seeded, start_s, table.reaction_shares, key)
-    return place, row
+    return place, start
 
 
 @lean_kernel
 def _draw(people: Records, table: ScenarioTable, key: np.uint64) -> tuple[int, int]:
     return draw_scenario(people, table, key)
-
-
-@scalar
-def recording_rows(table: ScenarioTable, place: int, row: int) -> tuple[int, int]:
-    """Return which rows of the positions follow from a row on; none if nobody is replayed."""
-    if table.kind != REPLAYED:
-        return 0, 0
-    which = place // 2
-    return row, table.recorded.starts[which] + table.recorded.counts[which]
 
 
 # --- laying out ----------------------------------------------------------------------------------
@@ -192,7 +177,7 @@ def _slots(table: ScenarioTable, config: Config) -> int:
     if table.kind == WALKERS:
         return len(table.walkers)
     if table.kind == REPLAYED:
-        return int(table.recorded.positions.shape[1])
+        return int(table.recorded.slots.shape[1]) - 1
     places = [place_at(table.places, i) for i in range(len(table.places.wall_counts))]
     return most_at_once(places, config.max_episode_steps * config.clock.decision_s)
 

@@ -6,7 +6,7 @@ recording's first step. Files are read in ``track_files``, counted in ``track_st
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -100,35 +100,44 @@ class Recording:
         return np.split(self.positions, self.offsets[1:])
 
 
-def resample(recording: Recording, dt_s: float) -> Floats:
-    """Return everybody's positions (T, P, 2) at 0, dt, 2 dt, ... [m], NaN where absent.
+def steps_on_clock(recording: Recording, dt_s: float) -> int:
+    """Return how many of the times 0, dt, 2 dt, ... are within the recording."""
+    return int(recording.duration_s / dt_s + _ROUNDING) + 1
+
+
+def resample(recording: Recording, dt_s: float) -> Recording:
+    """Return the recording at the times 0, dt, 2 dt, ..., without people who are seen at none.
 
     Positions between two steps are interpolated linearly.
     """
-    steps = int(recording.duration_s / dt_s + _ROUNDING) + 1
-    return _on_clock(recording, np.arange(steps, dtype=np.float64) * dt_s)
+    ids, firsts, tracks = [], [], [np.zeros((0, 2))]
+    last = steps_on_clock(recording, dt_s) - 1
+    people = zip(recording.ids, recording.first_steps, recording.tracks(), strict=True)
+    for person, start, track in people:
+        first, positions = _on_clock(track, start, recording.dt_s, dt_s, last)
+        if len(positions):
+            ids.append(person)
+            firsts.append(first)
+            tracks.append(positions)
+    return replace(
+        recording,
+        dt_s=dt_s,
+        ids=np.array(ids, np.int64),
+        first_steps=np.array(firsts, np.int64),
+        lengths=np.array([len(track) for track in tracks[1:]], np.int64),
+        positions=np.concatenate(tracks),
+    )
 
 
-def window(recording: Recording, t0_s: float, duration_s: float, dt_s: float) -> Floats:
-    """Return positions (T, P, 2) at t0, t0 + dt, ... before t0 + duration [m], NaN where absent.
-
-    Only people who are seen at one of these times are in it, in the recording's order.
-    """
-    times = t0_s + np.arange(round(duration_s / dt_s), dtype=np.float64) * dt_s
-    positions = _on_clock(recording, times)
-    is_seen = ~np.isnan(positions[:, :, 0]).all(axis=0)
-    return positions[:, is_seen]
-
-
-def _on_clock(recording: Recording, times: Floats) -> Floats:
-    positions = np.full((len(times), recording.people, 2), np.nan)
-    clock = times / recording.dt_s
-    starts = recording.first_steps
-    begins = np.searchsorted(clock, starts - _ROUNDING)
-    ends = np.searchsorted(clock, starts + recording.lengths - 1 + _ROUNDING, side="right")
-    for i, track in enumerate(recording.tracks()):
-        own = clock[begins[i] : ends[i]] - starts[i]
-        steps = np.arange(len(track))
-        positions[begins[i] : ends[i], i, 0] = np.interp(own, steps, track[:, 0])
-        positions[begins[i] : ends[i], i, 1] = np.interp(own, steps, track[:, 1])
-    return positions
+def _on_clock(
+    track: Floats, start: int, own_dt_s: float, dt_s: float, last: int
+) -> tuple[int, Floats]:
+    """Return a person's first step on another clock, and its positions from there on."""
+    ratio, end = own_dt_s / dt_s, start + len(track) - 1
+    earliest = max(int((start - 1) * ratio), 0)
+    latest = min(int((end + 1) * ratio) + 1, last)
+    clock = np.arange(earliest, latest + 1) * dt_s / own_dt_s
+    begin = int(np.searchsorted(clock, start - _ROUNDING))
+    own = clock[begin : np.searchsorted(clock, end + _ROUNDING, side="right")] - start
+    known = np.arange(len(track))
+    return earliest + begin, np.stack([np.interp(own, known, axis) for axis in track.T], axis=1)

@@ -42,7 +42,7 @@ class Alone:
         self.place, m = scenario.place, mechanics(config)
         self.mechanics = type(m)(*map(readable, m))
         places = source.table.places._replace(paths=readable(source.table.places.paths))
-        self.surroundings = Surroundings(places, scenario.recording)
+        self.surroundings = Surroundings(places, source.table.recorded)
         worlds = allocate(2, len(scenario.people), tracker_latency=0, drive_latency=0)
         self.worlds = Worlds(*map(readable, worlds))
         self.worlds.people[0] = scenario.people

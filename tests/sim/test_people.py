@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from hazbot_gym.config import make_config
+from hazbot_gym.core.recorded_table import NO_STRETCH, Stretch
 from hazbot_gym.core.social_force import ATTENTIVE, CURIOUS, INATTENTIVE, WARY, SocialForce
 from hazbot_gym.core.state import (
     GONE,
@@ -32,7 +33,6 @@ from hazbot_gym.task.scenario import Source
 DT_S = 0.05
 KEY = np.uint64(5)
 REACTIONS = (ATTENTIVE, INATTENTIVE, WARY, CURIOUS)
-NOBODY = np.zeros((0, 0, 2))
 CALM = SocialForce(jitter_mps2=0.0)
 
 
@@ -78,7 +78,7 @@ def walk(
     people: Records,
     steps: int,
     robot: Records = FAR_AWAY,
-    recording: Floats = NOBODY,
+    recording: Stretch = NO_STRETCH,
 ) -> Floats:
     """Let people walk; return where they were at every social step, (steps, people, 2)."""
     places = []
@@ -155,7 +155,7 @@ def test_compiled_people_walk_like_interpreted_ones() -> None:
         for _ in range(2):
             step_people(
                 slow.view(np.recarray), place, robot, config.people.force,
-                config.people.reactions, NOBODY, np.uint64(11), step,
+                config.people.reactions, NO_STRETCH, np.uint64(11), step,
             )  # fmt: skip
             move_people(slow.view(np.recarray), DT_S)
             step += 1
@@ -197,11 +197,21 @@ def test_a_scripted_head_on_walker_leaves_a_robot_alone_that_stops(
 # --- replayed ------------------------------------------------------------------------------------
 
 
-def recorded(*tracks: Floats) -> tuple[Records, Floats]:
+def recorded(*tracks: Floats, firsts: tuple[int, ...] = (0, 0)) -> tuple[Records, Stretch]:
+    """Return people who follow tracks that begin at some steps, and the recording."""
     people = records(PERSON, len(tracks)).view(np.recarray)
     people["model"], people["status"], people["radius"] = REPLAY, WAITING, 0.2
     people["route"] = np.arange(len(tracks))
-    return people, np.stack(tracks, axis=1)
+    lengths = np.array([len(track) for track in tracks])
+    first_steps = np.array(firsts[: len(tracks)])
+    return people, Stretch(
+        start=0,
+        steps=int((first_steps + lengths).max()),
+        slots=np.arange(len(tracks) + 1),
+        firsts=first_steps,
+        offsets=np.append(0, np.cumsum(lengths)),
+        positions=np.concatenate(tracks),
+    )
 
 
 def straight(steps: int, speed: float = 1.0) -> Floats:
@@ -215,9 +225,7 @@ def test_replayed_people_walk_as_recorded() -> None:
 
 
 def test_replayed_people_are_there_only_while_recorded() -> None:
-    track = straight(30)
-    track[:5] = track[20:] = np.nan
-    people, recording = recorded(track, straight(30))
+    people, recording = recorded(straight(30)[5:20], straight(30), firsts=(5, 0))
     present = []
     for step in range(30):
         step_people(people, a_place(), FAR_AWAY, SocialForce(), REACTIONS, recording, KEY, step)
@@ -232,7 +240,7 @@ def test_replayed_people_walk_round_the_robot_and_return_to_their_track() -> Non
     robot = robot_at(3.0, 2.05)
     places = walk(people, 119, robot, recording)[:, 0]
     assert np.hypot(*(places - (3.0, 2.05)).T).min() >= 0.5 + ROBOT_MARGIN_M - 1e-9
-    assert places[-1] == pytest.approx(recording[118, 0], abs=0.02)
+    assert places[-1] == pytest.approx(recording.positions[118], abs=0.02)
     speeds = np.hypot(*np.diff(places, axis=0).T) / DT_S
     assert speeds.max() <= CATCH_UP_MPS + 1e-9
 

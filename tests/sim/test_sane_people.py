@@ -21,6 +21,7 @@ from hazbot_gym.core.geometry import (
     segments_cross,
 )
 from hazbot_gym.core.jit import kernel
+from hazbot_gym.core.recorded_table import NO_STRETCH
 from hazbot_gym.core.state import (
     GONE,
     PRESENT,
@@ -78,7 +79,6 @@ def watch(
     bench: Bench,
 ) -> None:
     """Let people walk and note the extremes of each."""
-    nobody = np.zeros((0, 0, 2))
     for i in range(people.shape[0]):
         seen[i].robot_gap = seen[i].people_gap = seen[i].wall_gap = math.inf
         ends = place.routes[people[i].route, place.routes.shape[1] - 1, 2]
@@ -90,7 +90,7 @@ def watch(
             robots[0],
             force[0],
             reactions,
-            nobody,
+            NO_STRETCH,
             np.uint64(key),
             period,
             DT_S,

@@ -10,7 +10,7 @@ import numpy as np
 from hazbot_gym.config import make_config
 from hazbot_gym.core.social_force import SocialForce
 from hazbot_gym.core.state import GONE, PRESENT, Records
-from hazbot_gym.sim.unattended import walk_unattended
+from hazbot_gym.sim.unattended import walk_in_parts, walk_unattended
 from hazbot_gym.task.scenario import Source
 
 DT_S = 0.05
@@ -50,6 +50,14 @@ def test_scripted_people_leave_at_the_end_of_their_route() -> None:
 def test_the_fluctuations_are_those_of_the_key() -> None:
     assert np.array_equal(walk("social_force", key=1), walk("social_force", key=1))
     assert not np.array_equal(walk("social_force", key=1), walk("social_force", key=2))
+
+
+def test_a_walk_in_parts_is_the_same_walk() -> None:
+    scenario = Source(make_config(people={"count": [4, 4]})).draw(7)
+    parts = walk_in_parts(
+        scenario.people, scenario.place, SocialForce(), key=3, steps=400, dt_s=DT_S, part=37
+    )
+    assert np.array_equal(np.concatenate(list(parts)), walk("social_force"))
 
 
 def test_nothing_is_read_beyond_an_array_whatever_reactions_people_have(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from hazbot_gym.config import make_config
+from hazbot_gym.core.recorded_table import NO_STRETCH
 from hazbot_gym.core.state import (
     GONE,
     PERSON,
@@ -25,7 +26,6 @@ from hazbot_gym.task.places import load_place
 from hazbot_gym.task.scenario import Source
 
 TOUCH_M = ROBOT_RADIUS_M + 0.2
-NO_RECORDING = np.zeros((0, 0, 2))
 IDEAL = {"wheel_loop": "ideal", "start_speed_mps": 0.5}
 EVERYWHERE = ["corridor", "intersection", "doorway", "circle", "aisle", "open"]
 
@@ -115,7 +115,7 @@ def test_another_place_brings_its_own_walls() -> None:
     world, nobody = World(config), records(PERSON, 0)
     for name in ("corridor", "open", "aisle", "corridor"):
         place = load_place(name)
-        world.reset(place, nobody, NO_RECORDING, 0)
+        world.reset(place, nobody, NO_STRETCH, 0)
         shapes = [shape for shape in world._space.shapes if shape.collision_type == 3]
         ends = sorted((*shape.a, *shape.b) for shape in shapes)
         assert ends == sorted(map(tuple, place.walls.tolist()))
@@ -197,7 +197,7 @@ def test_a_wall_is_touched_when_the_disc_meets_it() -> None:
     corridor = load_place("open")
     wall = np.array([[2.0, -1.0, 2.0, 1.0]])
     place = Place(wall, *corridor[1:])
-    world.reset(place, records(PERSON, 0), NO_RECORDING, 0)
+    world.reset(place, records(PERSON, 0), NO_STRETCH, 0)
     while world.contact is None:
         world.step(0.5)
     assert world.contact.person == WALL
@@ -219,7 +219,7 @@ def test_a_contact_in_the_first_step_is_met_in_every_episode() -> None:
     world = with_walker(TOUCH_M - 0.01, 0.0, -0.5)
     walker = world.people.copy()
     for _ in range(4):
-        world.reset(world.place, walker.copy(), NO_RECORDING, 1)
+        world.reset(world.place, walker.copy(), NO_STRETCH, 1)
         world.step(0.5)
         assert world.contact is not None
 
@@ -230,7 +230,7 @@ def test_the_contact_of_an_episode_is_forgotten_at_the_next() -> None:
     walker["x"] = 1.0
     while world.contact is None:
         world.step(0.5)
-    world.reset(world.place, walker, NO_RECORDING, 1)
+    world.reset(world.place, walker, NO_STRETCH, 1)
     assert world.contact is None
 
 
@@ -247,7 +247,7 @@ def test_absent_people_touch_nobody() -> None:
     world = with_walker(0.9, 0.0, 0.0)
     absent = world.people.copy()
     absent["model"], absent["status"] = SCRIPTED, GONE
-    world.reset(world.place, absent, NO_RECORDING, 1)
+    world.reset(world.place, absent, NO_STRETCH, 1)
     for _ in range(40):
         world.step(0.5)
     assert world.contact is None

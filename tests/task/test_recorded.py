@@ -8,6 +8,7 @@ import pytest
 
 from hazbot_gym.core.jit import kernel
 from hazbot_gym.core.place_table import PlaceTable, stack_places
+from hazbot_gym.core.recorded_table import RecordedTable, rows_from, stretch_of
 from hazbot_gym.core.state import (
     GONE,
     PERSON,
@@ -23,7 +24,6 @@ from hazbot_gym.core.state import (
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.recorded import (
     START_ROOM_M,
-    RecordedTable,
     draw_stretch,
     fill_replayed,
     fill_seeded,
@@ -33,7 +33,7 @@ from hazbot_gym.task.recorded import (
     recorded_table,
 )
 from hazbot_gym.task.synthetic_tracks import synthetic_recording
-from hazbot_gym.task.tracks import Corridor, Recording, resample
+from hazbot_gym.task.tracks import Corridor, Recording, resample, steps_on_clock
 
 DT_S = 0.05
 KEYS = 200
@@ -68,27 +68,61 @@ def straight(x1: float, x2: float, y: float = 0.0, steps: int = 100) -> Floats:
 
 
 def drawn(recordings: list[Recording], speed_mps: float = 0.5) -> tuple[RecordedTable, Ints]:
-    """Return the recordings' table, and the place and row of the first keys (KEYS, 2)."""
+    """Return the recordings' table, and the place and step of the first keys (KEYS, 2)."""
     table = recorded_table(recordings, DT_S)
     out = np.zeros((KEYS, 2), np.int64)
     stretches(table, stack_places(recorded_places(recordings, with_entries=False)), speed_mps, out)
     return table, out
 
 
-def sets_at_each_step(positions: Floats) -> list[set[tuple[float, float]]]:
-    return [{(x, y) for x, y in row if not np.isnan(x)} for row in positions.tolist()]
+def positions_at(table: RecordedTable, which: int, step: int) -> list[Floats]:
+    """Return where people are at a step of a recording, slot by slot; NaN where one is empty."""
+    stretch = stretch_of(table, 2 * which, step)
+    rows = [rows_from(stretch, slot, 0) for slot in range(len(stretch.slots) - 1)]
+    return [table.positions[row] if row < end else np.full(2, np.nan) for row, end in rows]
+
+
+def sets_at_each_step(table: RecordedTable, which: int) -> list[set[tuple[float, float]]]:
+    steps = [positions_at(table, which, step) for step in range(table.counts[which])]
+    return [{(x, y) for x, y in row if not np.isnan(x)} for row in steps]
+
+
+def expected_at_each_step(recording: Recording) -> list[set[tuple[float, float]]]:
+    sampled = resample(recording, DT_S)
+    sets: list[set[tuple[float, float]]] = [set() for _ in range(steps_on_clock(recording, DT_S))]
+    for first, track in zip(sampled.first_steps, sampled.tracks(), strict=True):
+        for step, (x, y) in enumerate(track.tolist(), first):
+            sets[step].add((x, y))
+    return sets
 
 
 def test_table_holds_everybody_at_every_step_in_fewer_slots() -> None:
     recording = synthetic_recording()
     table = recorded_table([recording, recording], DT_S)
-    expected = resample(recording, DT_S)
+    expected = expected_at_each_step(recording)
 
     assert table.counts.tolist() == [len(expected)] * 2
-    assert table.starts.tolist() == [0, len(expected)]
-    assert sets_at_each_step(table.positions[: len(expected)]) == sets_at_each_step(expected)
-    assert np.array_equal(*np.split(table.positions, 2), equal_nan=True)
-    assert table.positions.shape[1] < recording.people / 2
+    assert sets_at_each_step(table, 0) == sets_at_each_step(table, 1) == expected
+    assert np.array_equal(*np.split(table.positions, 2))
+    assert table.slots.shape[1] - 1 < recording.people / 2
+
+
+def test_recordings_of_unlike_size_share_a_table() -> None:
+    few = walking(straight(0, 9), straight(9, 0, 2.0), first_steps=[0, 30])
+    many = synthetic_recording()
+    table = recorded_table([few, many], DT_S)
+
+    assert sets_at_each_step(table, 0) == expected_at_each_step(few)
+    assert sets_at_each_step(table, 1) == expected_at_each_step(many)
+
+
+def test_table_holds_the_sightings_and_no_empty_slots() -> None:
+    # Two people meet once in an hour: times x slots would be a thousand times their sightings.
+    tracks = [straight(0, 9), straight(0, 9, 1.0), straight(0, 9)]
+    table = recorded_table([walking(*tracks, first_steps=[0, 20, 35900])], DT_S)
+
+    assert table.counts.tolist() == [71999]
+    assert len(table.positions) == 3 * 199
 
 
 def test_slot_is_empty_for_two_decisions_before_the_next_person_takes_it() -> None:
@@ -96,29 +130,29 @@ def test_slot_is_empty_for_two_decisions_before_the_next_person_takes_it() -> No
     recording = walking(
         straight(0, 9), straight(9, 0), straight(0, 9, 1.0), first_steps=[0, 101, 103]
     )
-    positions = recorded_table([recording], DT_S).positions
+    table = recorded_table([recording], DT_S)
+    first_slot = np.array([positions_at(table, 0, step)[0] for step in range(table.counts[0])])
 
-    assert positions.shape[1] == 2
-    is_there = ~np.isnan(positions[:, 0, 0])
+    assert table.slots.tolist() == [[0, 2, 3]]
+    is_there = ~np.isnan(first_slot[:, 0])
     gap = np.flatnonzero(is_there[1:] & ~is_there[:-1]) - np.flatnonzero(
         is_there[:-1] & ~is_there[1:]
     )
     assert gap.tolist() == [7]
-    assert positions[-1, 0].tolist() == pytest.approx([9.0, 1.0])
+    assert first_slot[-1].tolist() == pytest.approx([9.0, 1.0])
 
 
 def test_stretches_go_both_ways_through_all_recordings() -> None:
     recordings = [synthetic_recording(0), synthetic_recording(1)]
     table, out = drawn(recordings)
-    places, rows = out.T
+    places, steps = out.T
 
     assert np.bincount(places, minlength=4).min() > KEYS / 4 * 0.6
     which = places // 2
-    assert (rows >= table.starts[which]).all()
     needed = 2.0 * 12.0 / 0.5 / DT_S
-    latest = table.starts[which] + np.maximum(table.counts[which] - needed, 0)
-    assert (rows <= latest).all()
-    assert len(np.unique(rows)) > KEYS / 2
+    assert (steps >= 0).all()
+    assert (steps <= np.maximum(table.counts[which] - needed, 0)).all()
+    assert len(np.unique(steps)) > KEYS / 4
 
 
 def test_robot_starts_where_nobody_stands() -> None:
@@ -126,9 +160,10 @@ def test_robot_starts_where_nobody_stands() -> None:
     table, out = drawn(recordings, speed_mps=5.0)  # leaves most of the recording to choose from
     starts = np.array([[0.0, 0.0], [12.0, 0.0]])
 
-    apart = table.positions[out[:, 1]] - starts[out[:, 0]][:, None]
+    positions = np.array([positions_at(table, 0, step) for step in range(table.counts[0])])
+    apart = positions[out[:, 1]] - starts[out[:, 0]][:, None]
     nearest = np.nanmin(np.hypot(*np.moveaxis(apart, -1, 0)), axis=1, initial=np.inf)
-    blind = table.positions[:, None] - starts[:, None]
+    blind = positions[:, None] - starts[:, None]
     is_taken = np.nanmin(np.hypot(*np.moveaxis(blind, -1, 0)), axis=2, initial=np.inf)
     assert np.mean(is_taken < START_ROOM_M) > 0.05, "one would start blindly in somebody's way"
     assert nearest.min() >= START_ROOM_M
@@ -254,7 +289,7 @@ def test_real_people_can_be_replayed_and_can_seed_others(tracks_dir: Path, name:
     seeded = recorded_places(recordings, with_entries=True)
 
     assert [recording.name for recording in recordings] == [name]
-    assert sets_at_each_step(table.positions) == sets_at_each_step(resample(recordings[0], DT_S))
+    assert sets_at_each_step(table, 0) == expected_at_each_step(recordings[0])
     assert len(np.unique(out[:, 1])) > KEYS / 2
     entered = len(seeded[0].entry_times_s)
     assert 0.8 * recordings[0].people < entered <= recordings[0].people

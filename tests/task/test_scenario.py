@@ -8,6 +8,7 @@ import pytest
 
 from hazbot_gym.config import SCENARIOS, make_config
 from hazbot_gym.core.geometry import route_pose
+from hazbot_gym.core.recorded_table import rows_from
 from hazbot_gym.core.state import PRESENT, SCRIPTED, SOCIAL_FORCE, WAITING
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.scenario import Scenario, Source
@@ -31,7 +32,7 @@ def walker(x_m: float, y_m: float, vx_mps: float, vy_mps: float) -> dict[str, fl
 
 
 def fingerprint(scenario: Scenario) -> bytes:
-    return scenario.people.tobytes() + scenario.recording[:50].tobytes()
+    return scenario.people.tobytes() + scenario.recording.start.to_bytes(8)
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -60,7 +61,7 @@ def test_crowd_of_a_place_is_drawn_on_its_routes(tmp_path: Path) -> None:
     assert scenario.name == "yard"
     assert len(scenario.people) == 4
     assert scenario.people["route"].max() < len(scenario.place.routes) == 3
-    assert scenario.recording.shape[0] == 0
+    assert scenario.recording.steps == 0
 
 
 def test_walkers_start_where_they_are_told_and_go_on_straight() -> None:
@@ -101,24 +102,26 @@ def test_named_meeting_is_with_one_person_on_an_open_floor(name: str) -> None:
 
 def test_replayed_people_are_where_they_were_recorded() -> None:
     expected = resample(synthetic_recording(), 0.05)
+    people = list(zip(expected.first_steps, expected.tracks(), strict=True))
     for key in range(5):
         scenario = source(people={"model": "replay"}).draw(key)
-        first = len(expected) - len(scenario.recording)
+        recording = scenario.recording
 
         assert scenario.name == "synthetic"
-        assert scenario.recording.shape[1] == len(scenario.people)
-        for row in (0, 100):
-            there = scenario.recording[row]
-            now = expected[first + row]
-            seen = np.sort(there[~np.isnan(there[:, 0])], axis=0)
-            assert np.array_equal(seen, np.sort(now[~np.isnan(now[:, 0])], axis=0))
+        assert len(recording.slots) - 1 == len(scenario.people)
+        for step in (0, 100):
+            now = recording.start + step
+            there = [track[now - first] for first, track in people if 0 <= now - first < len(track)]
+            rows = [rows_from(recording, slot, step) for slot in range(len(scenario.people))]
+            seen = [recording.positions[row] for row, end in rows if row < end]
+            assert np.array_equal(np.sort(seen, axis=0), np.sort(there, axis=0))
 
 
 def test_replay_is_on_the_social_clock() -> None:
     fine = source(people={"model": "replay"}, clock={"social_s": 0.05}).draw(3).recording
     coarse = source(people={"model": "replay"}, clock={"social_s": 0.1}).draw(3).recording
 
-    assert len(fine) == pytest.approx(2 * len(coarse), abs=2)
+    assert fine.steps == pytest.approx(2 * coarse.steps, abs=2)
 
 
 def test_seeded_people_are_those_who_come_in_after_the_moment_that_is_drawn() -> None:
@@ -137,7 +140,7 @@ def test_seeded_people_answer_to_the_robot_and_walk_on_their_own_routes() -> Non
     assert len(expected) > 10
     assert set(expected["model"]) == {SOCIAL_FORCE}
     assert len(scenario.place.routes) == synthetic_recording().people
-    assert scenario.recording.shape[0] == 0
+    assert scenario.recording.steps == 0
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 from hazbot_gym.task.track_files import read_tracks
 from hazbot_gym.task.track_folders import find_recordings
-from hazbot_gym.task.tracks import Recording, resample, window
+from hazbot_gym.task.tracks import Recording, resample, steps_on_clock
 
 
 def two_people() -> Recording:
@@ -34,38 +35,50 @@ def test_tracks_are_each_persons_own_rows() -> None:
 
 
 def test_resampling_at_half_the_step_puts_points_halfway() -> None:
-    positions = resample(two_people(), 0.05)
+    fine = resample(two_people(), 0.05)
+    walks, stands = fine.tracks()
 
-    assert positions.shape == (11, 2, 2)
-    assert positions[:9, 0, 0] == pytest.approx(0.05 * np.arange(9))
-    assert np.isnan(positions[9:, 0]).all()
-    assert np.isnan(positions[:4, 1]).all()
-    assert (positions[4:, 1] == [2.0, 3.0]).all()
+    assert fine.first_steps.tolist() == [0, 4]
+    assert walks[:, 0] == pytest.approx(0.05 * np.arange(9))
+    assert stands.tolist() == [[2.0, 3.0]] * 7
+    assert steps_on_clock(two_people(), 0.05) == 11
 
 
 def test_resampling_at_the_own_step_gives_the_tracks_back() -> None:
-    positions = resample(two_people(), 0.1)
+    same = resample(two_people(), 0.1)
 
-    assert positions[:5, 0] == pytest.approx(two_people().tracks()[0])
-    assert positions[2:, 1] == pytest.approx(two_people().tracks()[1])
-
-
-def test_window_holds_only_people_who_are_seen_in_it() -> None:
-    early = window(two_people(), 0.05, 0.15, 0.05)
-
-    assert early.shape == (3, 1, 2)
-    assert early[:, 0, 0] == pytest.approx([0.05, 0.10, 0.15])
-    assert window(two_people(), 0.2, 0.1, 0.05).shape == (2, 2, 2)
-    assert window(two_people(), 5.0, 1.0, 0.05).shape == (20, 0, 2)
+    assert same.positions == pytest.approx(two_people().positions)
+    assert same.first_steps.tolist() == [0, 2]
 
 
-def test_window_of_everything_is_the_whole_recording(tracks_dir: Path) -> None:
+def test_people_between_two_times_of_a_slow_clock_are_left_out() -> None:
+    slow = resample(two_people(), 1.0)
+
+    assert slow.ids.tolist() == [7]
+    assert slow.positions.tolist() == [[0.0, 0.0]]
+
+
+def test_memory_goes_with_the_sightings_and_not_with_the_duration() -> None:
+    """6,000 people an hour took 7 GB as times x people, and 83 MB person by person."""
+    people, seen = 2000, 10
+    recording = Recording(
+        name="hour",
+        dt_s=0.5,
+        ids=np.arange(people),
+        first_steps=np.arange(people) * 50,
+        lengths=np.full(people, seen),
+        positions=np.zeros((people * seen, 2)),
+    )
+    tracemalloc.start()
+    fine = resample(recording, 0.05)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+
+    assert len(fine.positions) == people * ((seen - 1) * 10 + 1)
+    assert peak < 4 * fine.positions.nbytes
+
+
+def test_real_people_on_a_finer_clock_walk_no_faster(tracks_dir: Path) -> None:
     path = next(path for path in find_recordings(tracks_dir) if path.stem == "boa-300-050-070")
-    recording = read_tracks(path)
-    whole = resample(recording, 0.05)
-
-    part = window(recording, 20.0, 10.0, 0.05)
-
-    seen = ~np.isnan(whole[400:600, :, 0]).all(axis=0)
-    assert np.allclose(part, whole[400:600][:, seen], atol=1e-9, equal_nan=True)
-    assert np.nanmax(np.hypot(*np.diff(whole, axis=0).T)) < 5.0 * 0.05
+    for track in resample(read_tracks(path), 0.05).tracks():
+        assert np.hypot(*np.diff(track, axis=0).T).max(initial=0.0) < 5.0 * 0.05

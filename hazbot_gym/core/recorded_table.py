@@ -1,0 +1,83 @@
+"""Recordings of people as arrays, and the lookup of a person at a step, for kernels.
+
+Positions are kept person by person, so that memory goes with the number of sightings. A slot serves
+one person after another: a world needs records for as many people as are there at once, not for all
+who ever come.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hazbot_gym.core.jit import scalar
+from hazbot_gym.core.state import Floats, Ints
+
+
+class RecordedTable(NamedTuple):
+    """R recordings on the social clock; places 2 r and 2 r + 1 are the ways through recording r."""
+
+    dt_s: float  # the social period
+    counts: Ints  # (R,) steps of each recording
+    slots: Ints  # (R, S + 1) first stay in each slot, and the stay after the last
+    firsts: Ints  # (V,) step at which each stay begins, in order within a slot
+    offsets: Ints  # (V + 1,) row of each stay's first position
+    positions: Floats  # (N, 2) one stay after the other [m]
+
+
+class Stretch(NamedTuple):
+    """The part of a recording that an episode replays."""
+
+    start: int  # step of the recording at which the episode begins
+    steps: int  # from there to the recording's end
+    slots: Ints  # (S + 1,) and the rest as in ``RecordedTable``
+    firsts: Ints
+    offsets: Ints
+    positions: Floats
+
+
+NO_RECORDING = RecordedTable(
+    dt_s=1.0,
+    counts=np.zeros(1, np.int64),
+    slots=np.zeros((1, 1), np.int64),
+    firsts=np.zeros(0, np.int64),
+    offsets=np.zeros(1, np.int64),
+    positions=np.zeros((0, 2)),
+)
+
+
+@scalar
+def stretch_of(table: RecordedTable, place: int, start: int) -> Stretch:
+    """Return a place's recording from a step on, as views into the table."""
+    which = place // 2
+    return Stretch(
+        start,
+        table.counts[which] - start,
+        table.slots[which],
+        table.firsts,
+        table.offsets,
+        table.positions,
+    )
+
+
+@scalar
+def rows_from(stretch: Stretch, slot: int, step: int) -> tuple[int, int]:
+    """Return the row of the position in a slot at a step, and the row after the person's last.
+
+    Nobody is there if the first is not below the second.
+    """
+    now, first = stretch.start + step, stretch.slots[slot]
+    low, high = first, stretch.slots[slot + 1]
+    while low < high:
+        middle = (low + high) // 2
+        if stretch.firsts[middle] <= now:
+            low = middle + 1
+        else:
+            high = middle
+    if low == first:
+        return 0, 0
+    return stretch.offsets[low - 1] + now - stretch.firsts[low - 1], stretch.offsets[low]
+
+
+NO_STRETCH = stretch_of(NO_RECORDING, 0, 0)
