@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -75,7 +76,7 @@ def layout_of(path: Path, at_most: int | None = None) -> Layout:
     data, encoding = _read(path, at_most)
     comments = [
         line.decode(encoding).strip("# \t\r")
-        for line in re.findall(rb"^#[^\n]*", data, flags=re.MULTILINE)
+        for line in (re.findall(rb"^#[^\n]*", data, re.MULTILINE) if b"#" in data else [])
     ]
     layout = Layout(path.name, data, encoding, comments, None, 0, 1, None, ".", [])
     number, offset, head = _first(layout)
@@ -139,7 +140,9 @@ def _is_number(cell: str) -> bool:
 def _first(layout: Layout) -> tuple[int, int, str]:
     """Return number, end and text of the first line that is neither empty nor a comment."""
     start = 0
-    for number in range(1, layout.data.count(b"\n") + 2):
+    for number in itertools.count(1):
+        if start == len(layout.data):
+            break
         end = layout.data.find(b"\n", start)
         end = len(layout.data) if end < 0 else end + 1
         if end - start > _LONGEST_LINE:
@@ -164,7 +167,8 @@ def _read(path: Path, at_most: int | None) -> tuple[bytes, str]:
     data = data.removeprefix(b"\xef\xbb\xbf")
     if b"\r" in data:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    data = _BLANKS.sub(b"", data)
+    if data[:1] in b" \t" or b"\n " in data or b"\n\t" in data:
+        data = _BLANKS.sub(b"", data)
     try:
         data.decode("utf-8")
     except UnicodeDecodeError:
