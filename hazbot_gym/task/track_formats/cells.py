@@ -13,6 +13,8 @@ from hazbot_gym.core.state import Floats, Ints
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.track_formats.layout import Layout, cells_of, is_number
 
+_LONGEST_S = 1e9  # from the first time stamp to the last
+
 
 class Cells:
     """Some columns of a text file.
@@ -46,7 +48,12 @@ class Cells:
                 **exact,
             )
         except ValueError as error:  # pandas.errors.ParserError is one
-            raise InvalidInput(self._width_fault(layout) or f"{layout.name}: {error}") from None
+            fault = f"{layout.name}: a quote is not closed: {' '.join(str(error).split())}"
+            raise InvalidInput(self._width_fault(layout) or fault) from None
+        if frame.shape[1] != len(layout.row):
+            number, _ = next(layout.lines())
+            fault = f"line {number}: {frame.shape[1]} columns instead of {len(layout.row)}"
+            raise InvalidInput(f"{layout.name}: {fault}")
         self._layout = layout
         frame = frame[sorted(set(columns))]
         is_row = frame.notna().any(axis=1).to_numpy()
@@ -98,19 +105,33 @@ class Cells:
         Args:
             column: of numbers, or of dates and times after ISO 8601.
             second_s: Unit of the numbers in seconds.
-        """
-        import pandas as pd
 
+        Raises:
+            InvalidInput: a cell is neither, or the span is longer than any recording.
+        """
         values = self._frame[column]
         texts = [] if values.dtype.kind in "iuf" else self.texts(column)
         if not texts or all(self._is_number(text) for text in texts):
-            numbers = self.numbers(column)
-            return np.asarray((numbers - numbers.min()) * second_s)
-        try:
-            stamps = pd.to_datetime(values, format="ISO8601", utc=True)
-        except ValueError:
-            bad = (row for row, text in enumerate(texts) if not self._is_number(text))
-            raise self._fault(next(bad), column) from None
+            with np.errstate(over="ignore", invalid="ignore"):
+                numbers = self.numbers(column)
+                seconds: Floats = np.asarray((numbers - numbers.min()) * second_s)
+        else:
+            seconds = self._since_first(column)
+        is_far = ~(seconds <= _LONGEST_S)
+        if is_far.any():
+            place = f"{self._layout.name}: {self.place_of(int(np.argmax(is_far)))}"
+            raise InvalidInput(
+                f"{place}: time stamps span over {_LONGEST_S:g} s; name their unit, as in time_ms"
+            )
+        return seconds
+
+    def _since_first(self, column: int) -> Floats:
+        import pandas as pd
+
+        stamps = pd.to_datetime(self._frame[column], format="ISO8601", utc=True, errors="coerce")
+        is_bad = stamps.isna().to_numpy()
+        if is_bad.any():
+            raise self._fault(int(np.argmax(is_bad)), column)
         seconds: Floats = (stamps - stamps.min()).dt.total_seconds().to_numpy(dtype=np.float64)
         return seconds
 

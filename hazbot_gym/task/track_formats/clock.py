@@ -7,6 +7,7 @@ import numpy as np
 from hazbot_gym.core.state import Floats, Ints
 from hazbot_gym.errors import InvalidInput
 
+MOST_STEPS = 1e9
 LARGEST_MISS = 0.25  # of a step, by which a time stamp may be off the clock
 _RATES = (*range(1, 241), 2.5, 7.5, 12.5, 24e3 / 1001, 30e3 / 1001, 60e3 / 1001)  # frames a second
 
@@ -30,9 +31,14 @@ def frames_of(
     """
     since_s = times_s - times_s.min()
     stamps = np.unique(since_s)
-    step_s = 1.0 / fps if fps else _refined(stamps, _smallest_step(name, ids, since_s))
+    step_s = 1.0 / fps if fps else _smallest_step(name, ids, since_s)
+    if stamps[-1] > MOST_STEPS * step_s:
+        raise InvalidInput(
+            f"{name}: time stamps are {step_s:.3g} s apart and span {stamps[-1]:.3g} s, more than "
+            f"{MOST_STEPS:.0e} steps"
+        )
     if not fps:
-        step_s = _common(stamps, step_s)
+        step_s = _common(stamps, _refined(stamps, step_s))
     miss = _miss(stamps, step_s)
     if miss > LARGEST_MISS:
         raise InvalidInput(

@@ -53,7 +53,7 @@ def _read(name: str, file: h5py.File) -> Table:
     if not set(_FIELDS) <= set(fields):
         raise UnknownFormat(name, "hdf5 without a dataset trajectory(id, frame, x, y)")
     if found.ndim != 1 or found.size * found.dtype.itemsize > MOST_BYTES:
-        raise InvalidInput(f"{name}: trajectory must have one dimension and at most 1 GiB")
+        raise InvalidInput(f"{name}: trajectory must have one dimension and at most 256 MiB")
     try:
         columns = [np.asarray(found[field], dtype=np.float64) for field in _FIELDS]
         fps = float(np.asarray(found.attrs["fps"]).item()) if "fps" in found.attrs else None

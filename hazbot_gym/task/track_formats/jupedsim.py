@@ -33,7 +33,7 @@ def read(path: Path) -> Table:
         MissingExtra: shapely is not installed, and there is a geometry.
     """
     if path.stat().st_size > MOST_BYTES:
-        raise InvalidInput(f"{path.name}: is larger than 1 GiB")
+        raise InvalidInput(f"{path.name}: is larger than 256 MiB")
     try:
         database = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)
         try:

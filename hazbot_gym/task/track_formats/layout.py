@@ -17,6 +17,7 @@ FEWEST_CELLS = 4
 _MOST_CELLS, _LONGEST_LINE = 1000, 1 << 16
 _SAMPLE_ROWS = 1000
 _BLANKS = re.compile(rb"^[ \t]+(?=#|$)", re.MULTILINE)  # before comments, and in empty lines
+_BEFORE_COMMENT = re.compile(r'(?:[^"#]|"[^"]*")*')
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$|[-+]?(nan|inf(inity)?)$", re.I)
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?$")
 _TWO_NUMBERS = re.compile(r"[-+.,\deE]+\s+[-+.,\deE]+$")
@@ -102,8 +103,10 @@ def is_number(cell: str, decimal: str = ".") -> bool:
 
 
 def bare(line: str) -> str:
-    """Return a line without its comment."""
-    return (line if '"' in line else line.split("#")[0]).strip()
+    """Return a line without its comment, which a ``#`` outside of quotes starts."""
+    found = _BEFORE_COMMENT.match(line)
+    end = found.end() if found else 0
+    return (line[:end] if line[end : end + 1] == "#" else line).strip()
 
 
 def separator_of(line: str) -> str | None:
@@ -157,7 +160,7 @@ def _first(layout: Layout) -> tuple[int, int, str]:
 def _read(path: Path, at_most: int | None) -> tuple[bytes, str]:
     try:
         if path.stat().st_size > MOST_BYTES:
-            raise InvalidInput(f"{path.name}: is larger than 1 GiB")
+            raise InvalidInput(f"{path.name}: is larger than 256 MiB")
         with path.open("rb") as file:
             data = file.read() if at_most is None else file.read(at_most)
     except OSError as error:

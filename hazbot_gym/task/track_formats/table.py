@@ -10,14 +10,13 @@ from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from hazbot_gym.core.state import Floats, Ints
 from hazbot_gym.errors import InvalidInput
 
 Unit = Literal["m", "cm", "mm", "px"]
 
-MOST_BYTES = 1 << 30  # of a file
+MOST_BYTES = 256 << 20  # of a file: a reader needs about ten times as much memory
 LARGEST_WHOLE = 2**53  # ids and frames are read as float64
 LARGEST_POSITION = 1e9  # in any unit
 NO_WALLS: Floats = np.zeros((0, 4))
@@ -86,8 +85,8 @@ class Table(NamedTuple):
 
 def sorted_sightings(
     name: str,
-    ids: Floats | Ints,
-    frames: Floats | Ints,
+    ids: Floats,
+    frames: Floats,
     positions: Floats,
     place_of: Callable[[int], str] = "row {}".format,
 ) -> tuple[Ints, Ints, Floats]:
@@ -103,24 +102,37 @@ def sorted_sightings(
     Raises:
         InvalidInput: a number cannot be used, or a person is seen twice in a frame.
     """
-
-    def refuse(is_bad: npt.ArrayLike, fault: str) -> None:
-        if np.any(is_bad):
-            raise InvalidInput(f"{name}: {place_of(int(np.argmax(is_bad)))}: {fault}")
-
     if not len(ids):
         raise InvalidInput(f"{name}: is empty, there is no position in it")
-    ids, frames = ids.astype(np.float64), frames.astype(np.float64)
-    is_odd = ~(np.isfinite(ids) & np.isfinite(frames) & np.isfinite(positions).all(axis=1))
-    refuse(is_odd, "a cell is not a finite number")
-    whole = np.column_stack([ids, frames])
-    refuse((whole % 1.0 != 0.0).any(axis=1), "id and frame must be whole numbers")
-    is_far = (np.abs(whole) > LARGEST_WHOLE).any(axis=1)
-    refuse(is_far, f"id and frame must be at most {LARGEST_WHOLE}")
-    refuse((np.abs(positions) > LARGEST_POSITION).any(axis=1), "a position beyond 1e9")
+    check_numbers(name, ids, frames, positions, place_of)
     order = np.lexsort((frames, ids))
     people, times = ids[order].astype(np.int64), frames[order].astype(np.int64)
-    is_again = np.zeros(len(order), dtype=np.bool_)
-    is_again[order[1:]] = (np.diff(people) == 0) & (np.diff(times) == 0)
-    refuse(is_again, "this person was already seen in this frame")
+    is_again = (np.diff(people) == 0) & (np.diff(times) == 0)
+    if is_again.any():
+        place = place_of(int(order[1:][is_again].min()))
+        raise InvalidInput(f"{name}: {place}: this person was already seen in this frame")
     return people, times, positions[order]
+
+
+def check_numbers(
+    name: str, ids: Floats, frames: Floats, values: Floats, place_of: Callable[[int], str]
+) -> None:
+    """Refuse ids and frames that are not whole, and values (N, k) beyond all bounds.
+
+    Raises:
+        InvalidInput: says where the first one is.
+    """
+    whole = np.column_stack([ids, frames])
+    with np.errstate(invalid="ignore"):
+        faults = {
+            "a cell is not a finite number": ~np.isfinite(whole).all(axis=1)
+            | ~np.isfinite(values).all(axis=1),
+            "id and frame must be whole numbers": (whole % 1.0 != 0.0).any(axis=1),
+            f"id and frame must be at most {LARGEST_WHOLE}": (np.abs(whole) > LARGEST_WHOLE).any(
+                axis=1
+            ),
+            "a position beyond 1e9": (np.abs(values) > LARGEST_POSITION).any(axis=1),
+        }
+    for fault, is_bad in faults.items():
+        if is_bad.any():
+            raise InvalidInput(f"{name}: {place_of(int(np.argmax(is_bad)))}: {fault}")

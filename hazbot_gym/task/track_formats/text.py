@@ -24,10 +24,12 @@ from hazbot_gym.task.track_formats.layout import (
 )
 from hazbot_gym.task.track_formats.names import UNIT_WORDS, Roles, length_unit, roles_of
 from hazbot_gym.task.track_formats.table import (
+    LARGEST_WHOLE,
     Given,
     Table,
     Unit,
     UnknownFormat,
+    check_numbers,
     sorted_sightings,
 )
 
@@ -138,13 +140,15 @@ def _nameless(layout: Layout) -> _Named:
         raise UnknownFormat(layout.name, f"{width} columns without names")
     cells = Cells(layout, range(width))
     table = np.column_stack([cells.numbers(column) for column in range(width)])
-    is_fraction = (table[:, :2] % 1.0 != 0.0).any(axis=1)
+    with np.errstate(invalid="ignore"):
+        is_fraction = (table[:, :2] % 1.0 != 0.0).any(axis=1) & np.isfinite(table).all(axis=1)
     if is_fraction.any():
         place = cells.place_of(int(np.argmax(is_fraction)))
         raise InvalidInput(
             f"{layout.name}: {place}: without names the first two columns are id and frame, whole "
             "numbers; give columns, such as 'time id x y'"
         )
+    check_numbers(layout.name, table[:, 0], table[:, 1], table[:, 2:], cells.place_of)
     order = orders.recognized(layout.name, table)
     return _told(order, order, "recognized from the values")
 
@@ -191,13 +195,12 @@ def _frames(
     commented = _rate(layout)
     if "frame" in roles.at:
         frames = cells.numbers(roles.at["frame"])
-        if commented or given.fps or "time" not in roles.at:
+        is_usable = np.abs(frames).max() <= LARGEST_WHOLE  # others are refused later on
+        if commented or given.fps or "time" not in roles.at or not is_usable:
             return frames, commented, "comment" if commented else ""
         times_s = cells.times_s(roles.at["time"], roles.second_s)
         return frames, clock.rate_of(frames, times_s), "time column"
     times_s = cells.times_s(roles.at["time"], roles.second_s)
-    if not np.isfinite(times_s).all():
-        raise InvalidInput(f"{layout.name}: time: a cell is not a finite number")
     whole, fps = clock.frames_of(layout.name, ids, times_s, given.fps or commented)
     return whole.astype(np.float64), fps, "time column"
 

@@ -38,7 +38,7 @@ def read(path: Path) -> Table:
     cells, lines, predicted = array("d"), array("q"), 0
     rates: dict[str, object] = {}  # by what is written: a value may be anything
     if path.stat().st_size > MOST_BYTES:
-        raise InvalidInput(f"{path.name}: is larger than 1 GiB")
+        raise InvalidInput(f"{path.name}: is larger than 256 MiB")
     with path.open("rb") as file:
         for number, line in enumerate(file, 1):
             if not line.strip():

@@ -40,6 +40,7 @@ def test_known_rate_is_used() -> None:
         ([0.0, 0.1, 0.2, 0.3, 0.4, 0.55, 0.65], None, "time stamps are not multiples of one step"),
         ([0.0, 0.01, 0.04, 0.1, 0.17, 0.3, 0.47], 10.0, "with 0.1 s one is 40% of a step off"),
         ([0.0, 0.1, 0.2], 7.0, "time stamps are not multiples of one step"),
+        ([0.0, 1e-9, 2e-9, 50.0], None, "time stamps are 1e-09 s apart and span 50 s"),
         ([0.0, 0.0, 0.0], None, "nobody is seen at more than one time"),
     ],
 )

@@ -97,5 +97,5 @@ def test_dataset_that_would_fill_the_memory_is_refused(tmp_path: Path) -> None:
     with h5py.File(path, "w") as file:
         file.create_dataset("trajectory", shape=(10**11,), dtype=FIELDS, chunks=(1000,))
 
-    with pytest.raises(InvalidInput, match="trajectory must have one dimension and at most 1 GiB"):
+    with pytest.raises(InvalidInput, match="must have one dimension and at most 256 MiB"):
         read_table(path)
