@@ -31,12 +31,22 @@ _UNUSABLE = frozenset(
         errno.ENOSPC,
         errno.EDQUOT,
         errno.EFBIG,
+        errno.EIO,
         errno.EISDIR,
         errno.ENOTDIR,
         errno.ENAMETOOLONG,
         errno.ELOOP,
     )
 )
+
+
+# What is kept of an interrupted command, and how it is used.
+_GO_ON = {
+    "study": "; run the same command again to go on",
+    "tune": "; run the same command again to go on",
+    "train": "; run it again with --resume to go on",
+}
+_INTERRUPTED = 130  # exit code, as shells give it
 
 
 class _OneLineErrors(typer.core.TyperGroup):
@@ -52,8 +62,13 @@ class _OneLineErrors(typer.core.TyperGroup):
             return super().make_context(info_name, args, *more, **extra)
 
     def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
-        with _one_line_errors():
-            return super().invoke(ctx)
+        try:
+            with _one_line_errors():
+                return super().invoke(ctx)
+        except KeyboardInterrupt:
+            how = _GO_ON.get(str(ctx.invoked_subcommand), "")
+            typer.echo(f"hazbot: interrupted{how}", err=True)
+            raise typer.Exit(_INTERRUPTED) from None
 
 
 @contextlib.contextmanager

@@ -74,7 +74,6 @@ def reproduce(
             f"out: {str(out)!r} holds results of other code or of another form; give --force to "
             "replace them, or another folder"
         )
-    files.check_writable(out / RECORD)
     chapters = run_chapters(quick=quick, workers=workers, on_progress=on_progress)
     record = record_of(chapters, identity, quick=quick)
     files.write_json(out / RECORD, record)  # first: it says whose folder this is

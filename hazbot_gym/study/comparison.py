@@ -6,11 +6,12 @@ the number of workers nor an interruption changes a number.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from concurrent.futures import as_completed
 from datetime import UTC, datetime
 from pathlib import Path
@@ -76,12 +77,25 @@ def run_study(
     """
     console, began = console or Console(quiet=True), time.perf_counter()
     records.claim(out, study.identity())
-    environments = rehearse(study, allowed)
-    workers = workers or processors.usable()
-    about = manifest(study, environments)
+    about, workers = manifest(study, rehearse(study, allowed)), workers or processors.usable()
+    with files.sole_use(out):
+        return _run_study(study, out, about, workers, console, command, began, allowed)
+
+
+def _run_study(
+    study: StudyConfig,
+    out: Path,
+    about: dict[str, Any],
+    workers: int,
+    console: Console,
+    command: str,
+    began: float,
+    allowed: Permissions,
+) -> Summary:
+    """Run what is missing of a study whose folder is claimed; ``about`` is its manifest."""
     if not (out / records.MANIFEST).exists():
         files.write_json(out / records.MANIFEST, about)  # says whose folder it is from now on
-    waiting = entrants.jobs(study, out, allowed)
+    waiting = entrants.jobs(study, out, allowed, console)
     _prepare(waiting, workers=workers, console=console)
     taking_part = entrants.entrants(study, out)
     stamps = Stamps(study, allowed)
@@ -245,18 +259,19 @@ def _run(shards: list[Shard], *, workers: int, console: Console) -> None:
     run = _run_in_processes if len(shards) > 1 and workers > 1 else _run_here
     with terminal.progress_bar(console) as progress:
         task = progress.add_task("episodes", total=sum(shard.block.episodes for shard in shards))
-        for shard, rows in run(shards, workers):
-            records.write_rows(shard.path, rows, shard.stamp)
-            progress.advance(task, shard.block.episodes)
+        with contextlib.closing(run(shards, workers)) as done:
+            for shard, rows in done:
+                records.write_rows(shard.path, rows, shard.stamp)
+                progress.advance(task, shard.block.episodes)
 
 
-def _run_here(shards: list[Shard], workers: int) -> Iterator[tuple[Shard, Rows]]:
+def _run_here(shards: list[Shard], workers: int) -> Generator[tuple[Shard, Rows]]:
     """Yield shards and their rows, one after the other."""
     for shard in shards:
         yield shard, rows_of(shard.block, threads=workers)
 
 
-def _run_in_processes(shards: list[Shard], workers: int) -> Iterator[tuple[Shard, Rows]]:
+def _run_in_processes(shards: list[Shard], workers: int) -> Generator[tuple[Shard, Rows]]:
     """Yield shards and their rows from parallel processes, in the order in which they end."""
     with processes(min(workers, len(shards))) as pool:
         running = {pool.submit(rows_of, shard.block): shard for shard in shards}

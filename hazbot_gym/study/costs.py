@@ -47,7 +47,10 @@ class Costs(NamedTuple):
 
 def note(path: Path, trainings: list[Training], session: Session | None) -> None:
     """Note trainings, and add a session to those before, if there was something to do in it."""
-    before = read(path)
+    try:
+        before = read(path)
+    except files.Damaged:  # what it took before is lost, which is no reason to end here
+        before = Costs([], [])
     sessions = before.sessions
     if session is not None:
         sessions = [*sessions, {**session._asdict(), "peak_memory_gb": peak_memory_gb()}]

@@ -9,15 +9,18 @@ study goes on with what is left of them.
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from rich.console import Console
 
 from hazbot_gym.config import merge
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import NO_CODE, Permissions, make, spec_of
 from hazbot_gym.policies.search_spaces import SPACES
-from hazbot_gym.study import run_folder
+from hazbot_gym.study import inputs, run_folder
 from hazbot_gym.study.config import Learner, StudyConfig
 from hazbot_gym.study.costs import Training
 from hazbot_gym.study.files import file_name, read_json
@@ -59,19 +62,48 @@ def check(study: StudyConfig, allowed: Permissions = NO_CODE) -> None:
             make(training.imitation.teacher, **allowed._asdict())
 
 
-def jobs(study: StudyConfig, out: Path, allowed: Permissions = NO_CODE) -> list[Job]:
-    """Return what is still to be done; learners first, which take longest."""
-    trainings = [
-        Job(_train, (training_of(learner, k), folder_of(learner, k, out), allowed))
-        for learner in study.learners
-        for k in range(learner.seeds)
-        if not (folder_of(learner, k, out) / run_folder.RESULT).exists()
-    ]
-    return [*trainings, *_searches(study, out)]
+def jobs(
+    study: StudyConfig,
+    out: Path,
+    allowed: Permissions = NO_CODE,
+    console: Console | None = None,
+) -> list[Job]:
+    """Return what is still to be done; learners first, which take longest.
+
+    A search of other code or data is begun anew, as shards are, and a run of other data.
+
+    Args:
+        study: what is run.
+        out: its folder.
+        allowed: what a teacher may run.
+        console: where is said what is begun anew; None for nowhere.
+    """
+    console = console or Console(quiet=True)
+    return [*_trainings(study, out, allowed, console), *_searches(study, out, console)]
 
 
-def _searches(study: StudyConfig, out: Path) -> Iterator[Job]:
-    """Yield the searches that are not done; one of other code is begun anew, as shards are."""
+def _trainings(
+    study: StudyConfig, out: Path, allowed: Permissions, console: Console
+) -> Iterator[Job]:
+    """Yield the training runs that are not done, or whose results are damaged or outdated."""
+    for learner in study.learners:
+        read = inputs.digests(inputs.of_training(training_of(learner, 0), allowed))
+        for k in range(learner.seeds):
+            training, folder = training_of(learner, k), folder_of(learner, k, out)
+            try:
+                run_folder.claim(folder, training.identity(), resume=True, inputs=read)
+            except InvalidInput as error:
+                console.print(f"a run is begun anew: {error}", markup=False)
+                shutil.rmtree(folder)
+            if run_folder.has_result(folder):
+                continue
+            if (folder / run_folder.RESULT).exists():
+                console.print(f"a damaged run is done again: {folder}", markup=False)
+            yield Job(_train, (training, folder, allowed))
+
+
+def _searches(study: StudyConfig, out: Path, console: Console) -> Iterator[Job]:
+    """Yield the searches that are not done."""
     if not study.tuned:
         return
     from hazbot_gym.study import tuning  # optuna is not needed by those who do not tune
@@ -82,6 +114,7 @@ def _searches(study: StudyConfig, out: Path) -> Iterator[Job]:
         path = out / TUNED / f"{family}.json"
         trials = tuning.found(search, path)
         if trials is None:
+            console.print(f"a search of other code or data is begun anew: {path}", markup=False)
             path.unlink()
         if trials is None or len(trials) < search.trials:
             yield Job(tuning.tune, (search, path))
@@ -152,4 +185,8 @@ def trainings(study: StudyConfig, out: Path) -> list[Training]:
 def _train(config: TrainConfig, folder: Path, allowed: Permissions) -> None:
     from hazbot_gym.study import training  # torch is not needed by those who only tune
 
-    training.train(config, folder, resume=True, allowed=allowed)
+    try:
+        training.train(config, folder, resume=True, allowed=allowed)
+    except run_folder.PolicyLost:
+        shutil.rmtree(folder)
+        training.train(config, folder, allowed=allowed)

@@ -8,14 +8,20 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import secrets
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.utils.checksum import BLANK, is_whole, seal
+
+try:
+    import fcntl
+except ImportError:  # not on Windows
+    fcntl = None  # type: ignore[assignment]
 
 LONGEST = 200  # bytes of a name; file systems allow 255, and something is added to it
 CHECKSUM = "checksum"  # key of a JSON record, which readers do not see
@@ -60,10 +66,10 @@ def check_writable(path: Path, field: str = "out") -> None:
     Raises:
         InvalidInput: It is a folder, or a place where nothing can be written.
     """
-    if path.is_dir():
+    if os.path.isdir(path):  # which takes names that are too long
         raise InvalidInput(f"{field}: given {str(path)!r}, which is a folder; give a file")
-    nearest = next(folder for folder in path.absolute().parents if folder.exists())
     try:
+        nearest = next(folder for folder in path.absolute().parents if folder.exists())
         with tempfile.TemporaryFile(dir=nearest):
             pass
     except OSError as error:
@@ -116,6 +122,40 @@ def read_sealed(path: Path) -> bytes:
     return data
 
 
+@contextlib.contextmanager
+def sole_use(folder: Path) -> Iterator[None]:
+    """Keep a folder, made if it is not there, to this process.
+
+    Nothing is written for it; where a system has no locks for folders, nothing is kept.
+
+    Raises:
+        InvalidInput: Another process keeps it, or it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        handle = os.open(folder, os.O_RDONLY)
+    except OSError as error:
+        raise InvalidInput(f"out: cannot write {str(folder)!r}: {error.strerror}") from error
+    try:
+        with contextlib.suppress(OSError):  # not on every network file system
+            _lock(handle, folder)
+        yield
+    finally:
+        os.close(handle)
+
+
+def _lock(handle: int, folder: Path) -> None:
+    if fcntl is None:
+        return
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise InvalidInput(
+            f"out: another run is at work in {str(folder)!r}; wait for its end, or give another "
+            "--out"
+        ) from None
+
+
 def file_name(text: str) -> str:
     """Return text as a name of a file: all but letters, digits, ``-`` and ``.`` becomes ``_``."""
     return "".join(letter if letter.isalnum() or letter in "-." else "_" for letter in text)
@@ -130,14 +170,15 @@ def owner(folder: Path, manifest: str, kind: str) -> str | None:
         kind: What the owner is called, ``study`` or ``run``: the key in that file.
 
     Raises:
-        InvalidInput: It is a file, or holds files of nobody.
+        InvalidInput: It is a file, cannot be written, or holds files of nobody.
     """
-    if not folder.exists():
-        return None
-    if not folder.is_dir():
+    if os.path.isfile(folder):  # which takes names that are too long
         raise InvalidInput(
             f"out: given {str(folder)!r}, which is a file; give a new or empty folder"
         )
+    check_writable(folder / manifest)
+    if not folder.exists():
+        return None
     if not any(folder.iterdir()):
         return None
     try:

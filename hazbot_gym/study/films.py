@@ -18,6 +18,7 @@ try:
 except ImportError as error:
     raise MissingExtra("moviepy", "render") from error  # brings both
 
+INCOMPLETE = "the film is not complete; is there enough space?"
 Image = npt.NDArray[np.uint8]  # (height, width, 3), with even sides
 
 
@@ -30,6 +31,9 @@ class Film(Protocol):
     def close(self) -> None:
         """Finish the file."""
 
+    def check(self) -> None:
+        """Raise an OSError if the file, when closed, is not whole."""
+
 
 class Mp4:
     """A film in H.264, which every browser plays."""
@@ -37,6 +41,7 @@ class Mp4:
     def __init__(self, path: Path, pictures_per_s: float) -> None:
         self._path, self._pictures_per_s = str(path), pictures_per_s
         self._writer: Generator[None, bytes | None, None] | None = None
+        self._added = 0
 
     def add(self, image: Image) -> None:
         """Add the next picture."""
@@ -48,14 +53,28 @@ class Mp4:
                 fps=self._pictures_per_s,
                 quality=8,
                 output_params=["-f", "mp4"],  # whatever the path's ending
+                ffmpeg_log_level="quiet",  # what it says of a full disk is not for users
             )
             self._writer.send(None)
-        self._writer.send(image.tobytes())
+        try:
+            self._writer.send(image.tobytes())
+        except OSError as error:
+            raise OSError(INCOMPLETE) from error
+        self._added += 1
 
     def close(self) -> None:
         """Finish the file, if there is anything in it."""
         if self._writer is not None:
             self._writer.close()
+
+    def check(self) -> None:
+        """Raise an OSError if not all pictures are in the file; ffmpeg does not tell by itself."""
+        try:
+            found, _ = imageio_ffmpeg.count_frames_and_secs(self._path)
+        except RuntimeError as error:
+            raise OSError(INCOMPLETE) from error
+        if found != self._added:
+            raise OSError(INCOMPLETE)
 
 
 class Gif:
@@ -80,9 +99,16 @@ class Gif:
         pictures = (PIL.Image.open(packed) for packed in self._packed)
         if (first := next(pictures, None)) is not None:
             options = {"save_all": True, "duration": self._duration_ms, "loop": 0}
-            first.save(self._path, "GIF", append_images=pictures, **options)
+            content = io.BytesIO()  # PIL has no reason for a file that it cannot write
+            first.save(content, "GIF", append_images=pictures, **options)
+            self._path.write_bytes(content.getvalue())
+
+    def check(self) -> None:
+        """Do nothing: ``close`` raises."""
 
 
 def save_picture(path: Path, image: Image) -> None:
     """Write a picture as png, whatever the path's ending."""
-    PIL.Image.fromarray(image).save(path, "PNG", optimize=True)
+    content = io.BytesIO()
+    PIL.Image.fromarray(image).save(content, "PNG", optimize=True)
+    path.write_bytes(content.getvalue())

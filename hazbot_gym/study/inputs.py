@@ -26,6 +26,7 @@ from hazbot_gym.policies.learned import Learned
 from hazbot_gym.study import provenance
 from hazbot_gym.study.config import ScenarioSet, StudyConfig
 from hazbot_gym.study.rollout import resolve
+from hazbot_gym.study.train_config import TrainConfig
 from hazbot_gym.study.workers import processes
 from hazbot_gym.task.inputs import input_files
 from hazbot_gym.task.observation import LAYOUTS
@@ -96,15 +97,31 @@ def of_policy(spec: str, blanks: Iterable[Shape], allowed: Permissions = NO_CODE
         return [Path(name) for name in pool.submit(_noted, (spec, allowed, *blanks)).result()]
 
 
+def of_training(config: TrainConfig, allowed: Permissions = NO_CODE) -> list[Path]:
+    """Return the files that a training run reads: of its environments, and of its teacher."""
+    sets = [ScenarioSet(name=env, env=env, overrides=config.overrides) for env in config.env]
+    teacher = config.imitation.teacher if config.imitation else None
+    blanks = {(1, LAYOUTS[each.tier].width) for each in config.environments()}
+    found = [path for each in sets for path in of_set(each)]
+    return [*dict.fromkeys(found), *(of_policy(teacher, blanks, allowed) if teacher else [])]
+
+
 def digests(paths: Iterable[Path]) -> dict[str, str]:
     """Return the SHA-256 of each file's content, by its path."""
     return {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in paths}
 
 
 def changed(before: Mapping[str, str], now: Mapping[str, str]) -> str | None:
-    """Return the first file that was added, removed or edited; None if there is none."""
-    paths = sorted(before.keys() | now.keys())
-    return next((path for path in paths if before.get(path) != now.get(path)), None)
+    """Return the first file that was edited, added or removed, of two ``digests``; else None.
+
+    Their folders may have been moved.
+    """
+    old, new = ({(Path(path).name, each[path]) for path in each} for each in (before, now))
+    for each, other in ((now, old), (before, new)):
+        for path, digest in each.items():
+            if (Path(path).name, digest) not in other:
+                return path
+    return None
 
 
 def mark(paths: Iterable[Path]) -> str:

@@ -108,6 +108,10 @@ class FilmScreen:
         """Finish the film."""
         self._film.close()
 
+    def check(self) -> None:
+        """Raise an OSError if the file of the film is not whole."""
+        self._film.check()
+
 
 class PictureScreen:
     """One picture, of a given time or of the end."""
@@ -126,3 +130,6 @@ class PictureScreen:
 
     def close(self) -> None:
         """Do nothing: the picture is written."""
+
+    def check(self) -> None:
+        """Do nothing: a picture that cannot be written raises at once."""

@@ -38,16 +38,25 @@ except ImportError as error:
 
 from hazbot_gym.policies.base import NO_CODE, Permissions
 from hazbot_gym.policies.residual import on_its_base
-from hazbot_gym.study import checkpoints, provenance, rollout
+from hazbot_gym.study import checkpoints, inputs, provenance, rollout
 from hazbot_gym.study.algorithms import make_model
 from hazbot_gym.study.export import export_model
-from hazbot_gym.study.files import read_json, write_json
+from hazbot_gym.study.files import read_json, sole_use, write_json
 from hazbot_gym.study.imitation import imitate, teacher_of
 from hazbot_gym.study.residual_envs import ResidualEnvs
-from hazbot_gym.study.run_folder import CHECKPOINTS, MANIFEST, POLICY, RESULT, TENSORBOARD, claim
+from hazbot_gym.study.run_folder import (
+    CHECKPOINTS,
+    MANIFEST,
+    POLICY,
+    RESULT,
+    TENSORBOARD,
+    PolicyLost,
+    claim,
+    has_policy,
+)
 from hazbot_gym.study.train_config import PUPILS, TrainConfig
 from hazbot_gym.study.training_envs import make_envs
-from hazbot_gym.study.training_log import EpisodeLog, ProgressBar
+from hazbot_gym.study.training_log import EpisodeLog, ProgressBar, disk_errors_told_once
 from hazbot_gym.study.validation import merit, validate
 
 
@@ -85,7 +94,8 @@ def train(
         raise InvalidInput(f"config: given {config!r}, allowed is what load_training returns")
     out, console = Path(out), console or Console(quiet=True)
     torch.set_num_threads(1)
-    claim(out, config.identity(), resume=resume)
+    read = inputs.digests(inputs.of_training(config, allowed))
+    claim(out, config.identity(), resume=resume, inputs=read)
     envs: Any = make_envs(config)
     if config.residual:
         envs = ResidualEnvs(envs, config.residual)
@@ -93,8 +103,16 @@ def train(
     teacher = None
     if config.imitation and config.algorithm not in PUPILS:
         teacher = teacher_of(config.imitation, envs, allowed)
-    if not (out / MANIFEST).exists():
-        write_json(out / MANIFEST, manifest(config))
+    with sole_use(out):
+        if not (out / MANIFEST).exists():
+            write_json(out / MANIFEST, {**manifest(config), "inputs": read})
+        return _run(config, out, model, teacher, resume=resume, console=console)
+
+
+def _run(
+    config: TrainConfig, out: Path, model: Any, teacher: Any, *, resume: bool, console: Console
+) -> Result:
+    """Run what is left of a training whose folder is claimed."""
     stretches = Stretches(config, out, console)
     if resume:
         stretches.resume(model)
@@ -107,13 +125,14 @@ def train(
     try:
         if left > 0:
             is_new = model.num_timesteps == 0
-            model.learn(left, callbacks, log_interval=None, reset_num_timesteps=is_new)
+            with disk_errors_told_once():
+                model.learn(left, callbacks, log_interval=None, reset_num_timesteps=is_new)
         else:
             stretches.conclude(model)  # its file may have been removed
     finally:
         bar.stop()
         model.logger.close()
-        envs.close()
+        model.get_env().close()
     return Result(model, stretches.best(), stretches.policy_path)
 
 
@@ -157,20 +176,20 @@ class Stretches(BaseCallback):
         progress = state["progress"]
         self.begun, self.seconds = progress["begun"], progress["seconds"]
         self.validations = progress["validations"]
-        if not self.policy_path.exists():
+        if not has_policy(self.out):
             self._write_again(model)
         self.console.print(f"the run goes on from step {model.num_timesteps:,}")
 
     def _write_again(self, model: BaseAlgorithm) -> None:
-        """Write a policy that was removed, if the model of the checkpoint is the best so far."""
+        """Write a policy that is gone or damaged, if the checkpoint's model is the best so far."""
         best = self.best()
         if best["step"] != model.num_timesteps:
-            raise InvalidInput(
-                f"out: {POLICY} is missing in {str(self.out)!r}, and its model (step "
+            raise PolicyLost(
+                f"out: {POLICY} is missing or damaged in {str(self.out)!r}, and its model (step "
                 f"{best['step']:,}) is kept nowhere else; give another --out to train it anew"
             )
         self._keep(model, best)
-        self.console.print(f"{POLICY} was missing and is written again, from the checkpoint")
+        self.console.print(f"{POLICY} was missing or damaged and is written again")
 
     def best(self) -> dict[str, Any]:
         """Return the validation of the model that was kept."""

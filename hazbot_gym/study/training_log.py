@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import threading
 import time
 from collections import Counter, deque
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -28,6 +31,22 @@ CURVES = {
 # The curves that Stable-Baselines3 has of every run, over as many episodes as it takes.
 USUAL_CURVES = {"rollout/ep_rew_mean": "r", "rollout/ep_len_mean": "l"}
 USUAL_EPISODES = 100
+
+
+@contextlib.contextmanager
+def disk_errors_told_once() -> Iterator[None]:
+    """Let TensorBoard's thread print no traceback of a disk error, which its next call raises."""
+    usual = threading.excepthook
+
+    def hook(arguments: threading.ExceptHookArgs) -> None:
+        if not isinstance(arguments.exc_value, OSError):
+            usual(arguments)
+
+    threading.excepthook = hook
+    try:
+        yield
+    finally:
+        threading.excepthook = usual
 
 
 class EpisodeLog(BaseCallback):

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.policies import base
 from hazbot_gym.policies.search_spaces import SPACES, Interval, Space
-from hazbot_gym.study import bank_sets, files, provenance, rollout
+from hazbot_gym.study import bank_sets, files, inputs, provenance, rollout
 from hazbot_gym.study.config import ScenarioSet
 from hazbot_gym.study.summary import means
 
@@ -54,7 +54,8 @@ class Search(NamedTuple):
     def identity(self) -> str:
         """Return a hash that two searches share if they are the same, and run by the same code."""
         sets = [each.model_dump(mode="json") for each in self.sets]
-        text = json.dumps([*self[:-1], sets, provenance.stamp()])
+        read = [inputs.mark(inputs.of_set(each)) for each in self.sets]
+        text = json.dumps([*self[:-1], sets, read, provenance.stamp()])
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -74,7 +75,7 @@ def tune(
         on_progress: Called after each trial.
 
     Raises:
-        InvalidInput: There is no such family, or the file holds something else.
+        InvalidInput: There is no such family, or the file holds something else or is read-only.
     """
     space = _space_of(search.family)
     files.check_writable(path)
@@ -178,6 +179,7 @@ def _known_trials(path: Path, search: Search) -> list[Record]:
     trials = found(search, path)
     if trials is None:
         raise InvalidInput(
-            f"tune: {str(path)!r} holds another search or something else; give a new file"
+            f"tune: {str(path)!r} is damaged, or holds another search or something else; remove it "
+            "or give a new file"
         )
     return trials

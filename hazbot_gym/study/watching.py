@@ -13,7 +13,7 @@ import gymnasium
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import make as make_policy
-from hazbot_gym.study.files import write_atomically
+from hazbot_gym.study.files import check_writable, write_atomically
 from hazbot_gym.study.metrics import Row, SsmThresholds, measure
 from hazbot_gym.study.rollout import check_counts, episode_seed, make_env, run_episode, scenario_set
 from hazbot_gym.study.screens import (
@@ -125,6 +125,7 @@ def save(
             screen = FilmScreen(beside, path.suffix, rate)
         with closing(screen):
             rows.extend(_play(show, env, screen))
+        screen.check()
 
     write_atomically(path, write)
     return rows
@@ -177,6 +178,7 @@ def _check_file(show: Show, path: Path, at_s: float | None, is_replacing: bool) 
         raise InvalidInput(f"save: {given}, which exists; give another name, or --force")
     if at_s is not None and not at_s >= 0.0:
         raise InvalidInput(f"at: given {at_s}, allowed is 0 or more")
+    check_writable(path, "save")
     if path.suffix == PICTURE and show.episodes > 1:
         raise InvalidInput(f"episodes: given {show.episodes}, a picture shows 1")
     if path.suffix != PICTURE and at_s is not None:

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from multiprocessing.connection import Connection
 
-from hazbot_gym.core.notice import NOTICE
 from hazbot_gym.errors import HazbotError
 
 
@@ -19,38 +19,38 @@ from hazbot_gym.errors import HazbotError
 def processes(count: int) -> Iterator[ProcessPoolExecutor]:
     """Give parallel processes; what is still waiting in the end is not begun.
 
+    An error or an interrupt in their use ends them at once.
+
     Raises:
         HazbotError: One of them was ended from outside.
     """
     # Spawned processes start from nothing, the same way on every system.
     spawn = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(
-        count, mp_context=spawn, initializer=_begin, initargs=(NOTICE.has_spoken,)
-    )
+    listening, alive = spawn.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(count, mp_context=spawn, initializer=_begin, initargs=(listening,))
     try:
         yield pool
     except BrokenProcessPool as error:
         raise HazbotError("a worker process was ended from outside; run again to go on") from error
+    except BaseException:  # Ctrl-C, a full disk: what is half done is not waited for
+        alive.close()
+        raise
     finally:
         pool.shutdown(cancel_futures=True)
+        alive.close()
+        listening.close()
 
 
-def _begin(has_spoken: bool) -> None:
-    """Let Ctrl-C end a worker quietly, and the end of its parent at once.
+def _begin(listening: Connection) -> None:
+    """Let Ctrl-C end a worker quietly, and the end of its parent, or of its pool, at once.
 
-    Who is killed cannot tell its workers. Left alone they would finish what they are at, beside
-    those of the run that goes on.
-
-    Args:
-        has_spoken: Whether the parent has announced that kernels are compiled.
+    A parent that is killed cannot tell its workers, but the system closes its end of the pipe. Left
+    alone they would finish what they are at, beside those of the run that goes on.
     """
-    NOTICE.has_spoken = has_spoken
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading.Thread(target=_end_with, args=(listening,), daemon=True).start()
 
 
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    parent.join()
+def _end_with(listening: Connection) -> None:
+    listening.poll(None)  # nothing is ever sent: it returns when the other end is closed
     os._exit(1)

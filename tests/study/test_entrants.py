@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import multiprocessing
 import os
 import shutil
@@ -13,6 +14,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from rich.console import Console
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import comparison, entrants, provenance, records, report, tuning
@@ -133,6 +135,30 @@ def test_a_search_of_other_code_is_begun_anew(
     (job,) = entrants.jobs(study, tmp_path / "out")
     assert job.run is tuning.tune
     assert not (tmp_path / "out" / "tuned" / "constant.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("file", "told"),
+    [
+        ("trained/tiny_ppo/1/policy.npz", "a damaged run is done again"),
+        ("trained/tiny_ppo/1/result.json", "a damaged run is done again"),
+        ("trained/tiny_ppo/1/manifest.json", "a run is begun anew"),
+        ("tuned/constant.json", "a search of other code or data is begun anew"),
+    ],
+)
+def test_what_was_prepared_and_is_damaged_is_done_again_and_said_so(
+    study: StudyConfig, finished: Path, tmp_path: Path, file: str, told: str
+) -> None:
+    out, console = tmp_path / "out", Console(file=io.StringIO(), width=500)
+    shutil.copytree(finished, out)
+    data = (out / file).read_bytes()
+    (out / file).write_bytes(data[:200] + b"?" + data[201:])
+    (job,) = entrants.jobs(study, out, console=console)
+    assert told in console.file.getvalue()  # type: ignore[attr-defined]
+    job.run(*job.arguments)
+    assert entrants.jobs(study, out) == []
+    if file.endswith((".npz", "constant.json")):
+        assert (out / file).read_bytes() == data
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")

@@ -219,6 +219,32 @@ def test_a_folder_that_cannot_be_made_is_one_line(tmp_path: Path) -> None:
     assert "\n" not in str(raised.value)
 
 
+@pytest.mark.parametrize("out", ["file/run", "file/run/deep", "x" * 300])
+def test_what_could_not_be_written_is_told_before_any_work(tmp_path: Path, out: str) -> None:
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(InvalidInput, match="out: cannot write") as raised:
+        records.claim(tmp_path / out, "me")
+    assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("out", ["run:1", "a,b", "new/deep", "[/x]", "è", "-x"])
+def test_usual_and_unusual_names_may_be_written(tmp_path: Path, out: str) -> None:
+    records.claim(tmp_path / out, "me")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(files.fcntl is None, reason="needs locks")
+def test_two_runs_at_once_in_one_folder_are_noticed(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    with files.sole_use(out):
+        with pytest.raises(InvalidInput, match="another run is at work"), files.sole_use(out):
+            pytest.fail("two at once")
+        with files.sole_use(tmp_path / "other"):
+            pass
+    with files.sole_use(out):
+        assert list(out.iterdir()) == []
+
+
 def test_leftovers_of_a_killed_run_are_swept_and_nothing_else(tmp_path: Path) -> None:
     (tmp_path / "shards").mkdir()
     keep = [tmp_path / "notes.tmp", tmp_path / "shards" / "a.parquet"]

@@ -13,12 +13,14 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 
 from hazbot_gym import policies
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies.base import Permissions
 from hazbot_gym.study import training
 from hazbot_gym.study.files import read_json
 from hazbot_gym.study.train_config import PUPILS, TrainConfig, load_training
 from hazbot_gym.study.training import Result, train
 
 CONFIGS = Path(__file__).parents[2] / "configs"
+OWN = Permissions(allow_code=True)
 SHORT = {"max_episode_steps": 20}
 ON_POLICY: dict[str, Any] = {"n_steps": 16, "batch_size": 32, "n_epochs": 1}
 OFF_POLICY: dict[str, Any] = {
@@ -136,6 +138,37 @@ def test_a_finished_run_is_not_trained_again(tmp_path: Path) -> None:
     assert (tmp_path / "policy.npz").read_bytes() == written
 
 
+def test_an_edited_place_or_teacher_is_noticed_and_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    place, teacher = tmp_path / "lab.yaml", tmp_path / "teacher_under_test.py"
+    place.write_text("{name: lab, walls: [[0, 2, 9, 2]], path: {points: [[0, 0], [9, 0]]}}")
+    teacher.write_text("from hazbot_gym.policies.constant import Constant as Mine\n")
+    run = tiny(
+        "bc",
+        overrides={**SHORT, "place": str(place)},
+        imitation={"decisions": 96, "epochs": 1, "teacher": f"{teacher.stem}:Mine"},
+    )
+    train(run, tmp_path / "run", allowed=OWN)
+    for path in (place, teacher):
+        text = path.read_text()
+        path.write_text(text + "# edited\n")
+        with pytest.raises(InvalidInput, match=f"begun with another '.*{path.name}'") as raised:
+            train(run, tmp_path / "run", resume=True, allowed=OWN)
+        assert "\n" not in str(raised.value)
+        path.write_text(text)
+    train(run, tmp_path / "run", resume=True, allowed=OWN)
+
+
+def test_a_damaged_result_is_written_again(tmp_path: Path) -> None:
+    train(tiny(), tmp_path)
+    written = (tmp_path / "result.json").read_bytes()
+    (tmp_path / "result.json").write_bytes(written.replace(b"return", b"retury", 1))
+    train(tiny(), tmp_path, resume=True)
+    assert (tmp_path / "result.json").read_bytes() == written
+
+
 def test_a_damaged_checkpoint_is_passed_over_and_said_so(tmp_path: Path) -> None:
     first = train(tiny(), tmp_path)
     newest = max((tmp_path / "checkpoints").iterdir())
@@ -214,8 +247,9 @@ def test_validations_are_drawn_at_once_at_the_step_that_they_were_made_at(
     assert drawn == [told[:count] for count in range(1, len(told) + 1)]
 
 
-def test_a_policy_that_was_removed_is_written_again_from_the_checkpoint(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("left", [None, 0, -9])
+def test_a_policy_that_was_removed_or_damaged_is_written_again_from_the_checkpoint(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, left: int | None
 ) -> None:
     returns = iter([1.0, 2.0, 3.0, 4.0])
     monkeypatch.setattr(training, "validate", lambda *_: {"return": next(returns)})
@@ -224,9 +258,11 @@ def test_a_policy_that_was_removed_is_written_again_from_the_checkpoint(
     before = read_json(result)
     written = policies.make(f"learned:{policy}")._policy.about  # type: ignore[attr-defined]
     policy.unlink(), result.unlink()
+    if left is not None:
+        policy.write_bytes(b"half a policy"[:left])
     told = io.StringIO()
     again = train(tiny(), tmp_path, resume=True, console=Console(file=told, width=200))
-    assert "policy.npz was missing and is written again" in told.getvalue()
+    assert "policy.npz was missing or damaged and is written again" in told.getvalue()
     healed = policies.make(f"learned:{again.policy}")._policy.about  # type: ignore[attr-defined]
     assert healed["results"] == written["results"] == {"return": 4.0, "step": 384}
     assert read_json(result) == before
@@ -240,7 +276,7 @@ def test_a_policy_that_was_removed_and_cannot_be_written_again_is_told_in_one_li
     train(tiny(), tmp_path)
     (tmp_path / "policy.npz").unlink()
     with pytest.raises(
-        InvalidInput, match=r"^out: policy.npz is missing in .* \(step 1\d\d\)"
+        InvalidInput, match=r"^out: policy.npz is missing or damaged in .* \(step 1\d\d\)"
     ) as e:
         train(tiny(), tmp_path, resume=True)
     assert "\n" not in str(e.value)

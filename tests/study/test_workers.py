@@ -15,6 +15,28 @@ if __name__ == "__main__":
 """
 
 
+INTERRUPTED = """
+import os, signal, time
+from hazbot_gym.study.workers import processes
+
+if __name__ == "__main__":
+    try:
+        with processes(2) as pool:
+            pool.submit(os.getpid).result()
+            waiting = pool.submit(time.sleep, 600)
+            os.kill(os.getpid(), signal.SIGINT)
+            waiting.result()
+    except KeyboardInterrupt:
+        print("interrupted")
+"""
+
+
+def test_an_interrupt_of_the_parent_alone_ends_its_workers() -> None:
+    command = [sys.executable, "-c", INTERRUPTED]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "interrupted\n", "")
+
+
 def test_workers_of_a_killed_parent_do_not_go_on() -> None:
     command = [sys.executable, "-c", PARENT]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as parent:
