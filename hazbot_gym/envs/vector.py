@@ -63,9 +63,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
 
     Example:
         >>> import gymnasium, hazbot_gym
-        >>> envs = gymnasium.make_vec(
-        ...     "hazbot_gym/Corridor-v0", num_envs=4, vectorization_mode="vector_entry_point"
-        ... )
+        >>> envs = gymnasium.make_vec("hazbot_gym/Corridor-v0", num_envs=4)
         >>> observations, infos = envs.reset(seed=0)
         >>> observations.shape
         (4, 48)
