@@ -22,3 +22,7 @@ class MissingExtra(HazbotError, ImportError):
 
 class DoubtfulRecording(UserWarning):
     """A recording of people is read, but signs are that its unit, rate or columns are not right."""
+
+
+class DoubtfulPlace(UserWarning):
+    """A place is read, but its path is narrower or longer than the robot can drive."""

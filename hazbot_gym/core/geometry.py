@@ -156,7 +156,8 @@ def straight_path(points: Floats, corner_radius_m: float = 1.0) -> Records:
     """Return a path along a polyline (n, 2) whose corners are rounded to a radius [m].
 
     Raises:
-        ValueError: fewer than two points, coincident points, or a corner whose legs are too short.
+        ValueError: fewer than two points, coincident points, or a corner whose legs are too short;
+            points and corners are counted from 1.
     """
     points = np.asarray(points, dtype=np.float64)
     if points.ndim != 2 or points.shape[0] < 2 or points.shape[1] != 2:
@@ -164,13 +165,14 @@ def straight_path(points: Floats, corner_radius_m: float = 1.0) -> Records:
     legs = np.diff(points, axis=0)
     lengths = np.hypot(legs[:, 0], legs[:, 1])
     if not np.all(lengths > 0.0):
-        raise ValueError("two consecutive points of a path coincide")
+        i = int(np.argmin(lengths))
+        raise ValueError(f"point {i + 1} and point {i + 2} coincide at {points[i].tolist()}")
     headings = np.arctan2(legs[:, 1], legs[:, 0])
     turns = np.array([wrap_angle(b - a) for a, b in itertools.pairwise(headings)])
     cut = corner_radius_m * np.tan(np.abs(turns) / 2.0)  # what a rounding takes from each leg
     left_over = lengths - np.append(cut, 0.0) - np.append(0.0, cut)
     if not np.all(left_over >= -1e-12):
-        raise ValueError(f"corner_radius_m = {corner_radius_m} is too large for the path's legs")
+        raise ValueError(_too_sharp(points, corner_radius_m, cut, int(np.argmin(left_over))))
     pieces: list[tuple[float, float]] = []  # length, curvature
     for i, straight in enumerate(left_over):
         pieces.append((float(straight), 0.0))
@@ -178,6 +180,20 @@ def straight_path(points: Floats, corner_radius_m: float = 1.0) -> Records:
             curvature = math.copysign(1.0 / corner_radius_m, turns[i])
             pieces.append((abs(float(turns[i])) * corner_radius_m, curvature))
     return _chain(float(points[0, 0]), float(points[0, 1]), float(headings[0]), pieces)
+
+
+def _too_sharp(points: Floats, radius_m: float, cut: Floats, leg: int) -> str:
+    """Say which corner beside a leg takes more of it than there is."""
+    k = max((k for k in (leg - 1, leg) if 0 <= k < len(cut)), key=lambda k: cut[k])
+    corner = f"corner {k + 1} at {points[k + 1].tolist()}"
+    if cut[k] > 1000.0 * radius_m:
+        return f"{corner} turns back on itself"
+    length = float(np.hypot(*(points[leg + 1] - points[leg])))
+    needed = float(cut[max(leg - 1, 0) : leg + 1].sum())
+    return (
+        f"{corner}: corner_radius_m = {radius_m} is too large: the leg from point {leg + 1} to "
+        f"point {leg + 2} is {length:.3g} m long, and its rounded corners take {needed:.3g} m"
+    )
 
 
 def circle_path(x: float, y: float, heading: float, radius_m: float) -> Records:

@@ -14,13 +14,12 @@ from __future__ import annotations
 from typing import Annotated
 
 import numpy as np
-from annotated_types import Gt, MinLen
+from annotated_types import Gt, Le, MinLen
 from pydantic import Field
 
 from hazbot_gym.config import Loose, Section
 from hazbot_gym.core.geometry import (
     circle_path,
-    nearest_on_segment,
     path_length,
     sample_path,
     straight_path,
@@ -29,10 +28,12 @@ from hazbot_gym.core.state import ACROSS, AGAINST, ALONG, ROBOT_RADIUS_M, Floats
 from hazbot_gym.errors import InvalidInput
 
 RUN_OUT_M = 8.0  # people come from, and walk on to, this far beyond the path's ends
+SHORTEST_PATH_M, LONGEST_PATH_M = 0.1, 500.0  # a path of 12 m, written in centimeters, has 1200
 ROUTE_STEP_M = 0.5  # spacing of waypoints on a curved route
 
 Point = Annotated[tuple[float, float], Loose]
 Segment = Annotated[tuple[float, float, float, float], Loose]
+Room = Annotated[float, Gt(0), Le(100)]
 
 
 class CircleData(Section):
@@ -54,7 +55,7 @@ class RouteData(Section):
     """A way that people walk across the robot's path, and how far they spread to either side."""
 
     points: Annotated[list[Point], MinLen(2)]
-    room_m: Annotated[float, Gt(0)] = 0.4
+    room_m: Room = 0.4
 
 
 class PlaceData(Section):
@@ -64,29 +65,36 @@ class PlaceData(Section):
     walls: tuple[Segment, ...] = Field(default=(), strict=False)  # a list will do
     path: PathData
     routes: tuple[RouteData, ...] = Field(default=(), strict=False)
-    along_room_m: Annotated[float, Gt(0)] = 0.7  # lateral room of people along the path
-    run_out_m: Annotated[float, Gt(0)] = RUN_OUT_M
+    along_room_m: Room = 0.7  # lateral room of people along the path
+    run_out_m: Annotated[float, Gt(0), Le(100)] = RUN_OUT_M
 
 
 def build_place(data: PlaceData) -> Place:
     """Return a place's arrays, after checking that the robot fits through.
 
     Raises:
-        InvalidInput: The path touches a wall, or a route is no way or far from the path.
+        InvalidInput: The path touches a wall, has no plausible length, or a route is no way or far
+            from the path.
     """
-    walls = np.array(data.walls, dtype=np.float64).reshape(-1, 4)
+    walls = _walls(data)
     path = _path(data)
-    _check_path(data.name, walls, path)
+    length = path_length(path.view(np.recarray))
+    if not SHORTEST_PATH_M <= length <= LONGEST_PATH_M:
+        raise InvalidInput(
+            f"place {data.name}: path is {length:.4g} m long, allowed is {SHORTEST_PATH_M} to "
+            f"{LONGEST_PATH_M:.0f} m; coordinates are read in meters"
+        )
+    _check_clearance(data.name, walls, path)
     run_out, room = data.run_out_m, data.along_room_m
     along = _along(path, run_out)
-    length = path_length(path.view(np.recarray))
     routes = [
         (along, ALONG, (0.0, run_out), room),
         (along[::-1], AGAINST, (length, run_out), room),
     ]
-    for route in data.routes:
+    for i, route in enumerate(data.routes):
         points = np.array(route.points, dtype=np.float64)
-        routes.append((points, ACROSS, _meeting(data.name, path, points), route.room_m))
+        meeting = _meeting(f"place {data.name}: routes.{i}", path, points)
+        routes.append((points, ACROSS, meeting, route.room_m))
     return Place(
         walls=walls,
         path=path,
@@ -97,6 +105,17 @@ def build_place(data: PlaceData) -> Place:
     )
 
 
+def _walls(data: PlaceData) -> Floats:
+    walls = np.array(data.walls, dtype=np.float64).reshape(-1, 4)
+    is_point = (walls[:, :2] == walls[:, 2:]).all(axis=1)
+    if is_point.any():
+        i = int(np.argmax(is_point))
+        raise InvalidInput(
+            f"place {data.name}: walls.{i}: given {walls[i].tolist()}, a wall has two ends"
+        )
+    return walls
+
+
 def _path(data: PlaceData) -> Records:
     chosen = data.path
     if (chosen.points is None) == (chosen.circle is None):
@@ -104,26 +123,51 @@ def _path(data: PlaceData) -> Records:
     if chosen.circle is not None:
         x, y = chosen.circle.center
         return circle_path(x, y - chosen.circle.radius_m, 0.0, chosen.circle.radius_m)
+    return _polyline(f"place {data.name}: path.points", chosen.points, chosen.corner_radius_m)
+
+
+def _polyline(field: str, points: list[Point] | Floats | None, radius_m: float) -> Records:
     try:
-        return straight_path(np.array(chosen.points), chosen.corner_radius_m)
+        return straight_path(np.array(points), radius_m)
     except ValueError as error:
-        raise InvalidInput(f"place {data.name}: path.points: {error}") from error
+        raise InvalidInput(f"{field}: {error}") from error
 
 
-def _check_path(name: str, walls: Floats, path: Records) -> None:
-    steps = np.arange(0.0, path_length(path.view(np.recarray)) + 0.05, 0.05)
-    narrowest_m, where = np.inf, (0.0, 0.0)
-    for x, y, *_ in sample_path(path, steps):
-        for wall in walls:
-            near_x, near_y = nearest_on_segment(x, y, *wall)
-            clearance_m = float(np.hypot(x - near_x, y - near_y))
-            if clearance_m < narrowest_m:
-                narrowest_m, where = clearance_m, (x, y)
-    if narrowest_m <= ROBOT_RADIUS_M:
+def _check_clearance(name: str, walls: Floats, path: Records) -> None:
+    clearance_m, x, y = narrowest(walls, path)
+    if clearance_m <= ROBOT_RADIUS_M:
         raise InvalidInput(
-            f"place {name}: path passes a wall at {narrowest_m:.2f} m near "
-            f"({where[0]:.1f}, {where[1]:.1f}), allowed is more than {ROBOT_RADIUS_M:.2f} m"
+            f"place {name}: path passes a wall at {clearance_m:.2f} m near ({x:.1f}, {y:.1f}), "
+            f"allowed is more than {ROBOT_RADIUS_M:.2f} m"
         )
+
+
+def narrowest(
+    walls: Floats, path: Records, before_end_m: float = -0.05
+) -> tuple[float, float, float]:
+    """Return the least distance from a path to a wall, inf without walls, and where that is [m].
+
+    Args:
+        walls: (W, 4) x1, y1, x2, y2 [m].
+        path: The robot's path.
+        before_end_m: How much of the path's end is left out.
+    """
+    steps = np.arange(0.0, path_length(path.view(np.recarray)) - before_end_m, 0.05)
+    points = sample_path(path, steps)[:, :2]
+    nearest_m = np.full(len(points), np.inf)
+    for wall in walls:
+        nearest_m = np.minimum(nearest_m, _distances(points, wall))
+    if not len(points):
+        return np.inf, 0.0, 0.0
+    i = int(np.argmin(nearest_m))
+    return float(nearest_m[i]), float(points[i, 0]), float(points[i, 1])
+
+
+def _distances(points: Floats, wall: Floats) -> Floats:
+    """Return the distance of points (n, 2) to a wall, (n,) [m]."""
+    start, along = wall[:2], wall[2:] - wall[:2]
+    t = np.clip((points - start) @ along / (along @ along), 0.0, 1.0)
+    return np.asarray(np.hypot(*(points - start - t[:, None] * along).T), dtype=np.float64)
 
 
 def _along(path: Records, run_out_m: float) -> Floats:
@@ -137,26 +181,27 @@ def _along(path: Records, run_out_m: float) -> Floats:
     return sample_path(path, np.array([*marks, length + run_out_m]))[:, :2]
 
 
-def _meeting(name: str, path: Records, points: Floats) -> tuple[float, float]:
+def _meeting(field: str, path: Records, points: Floats) -> tuple[float, float]:
     """Return the arc lengths on path and route where the two come nearest."""
     on_path = np.arange(0.0, path_length(path.view(np.recarray)), 0.05)
-    try:
-        route = straight_path(points, 1e-6)
-    except ValueError as error:
+    route = _polyline(f"{field}.points", points, 1e-6)
+    length = path_length(route.view(np.recarray))
+    if length > LONGEST_PATH_M:
         raise InvalidInput(
-            f"place {name}: routes: given {points.tolist()}, two points in a row must not coincide "
-            "and the way must not turn back on itself"
-        ) from error
-    on_route = np.arange(0.0, path_length(route.view(np.recarray)), 0.05)
-    p = sample_path(path, on_path)[:, None, :2]
-    q = sample_path(route, on_route)[None, :, :2]
-    distance = np.hypot(*np.moveaxis(p - q, -1, 0))
-    i, k = np.unravel_index(int(np.argmin(distance)), distance.shape)
-    if distance[i, k] > 1.0:
-        raise InvalidInput(
-            f"place {name}: a route stays {distance[i, k]:.1f} m from the path, allowed is 1 m"
+            f"{field} is {length:.4g} m long, allowed is up to {LONGEST_PATH_M:.0f} m; "
+            "coordinates are read in meters"
         )
-    return float(on_path[i]), float(on_route[k])
+    on_route = np.arange(0.0, length, 0.05)
+    route_points = sample_path(route, on_route)[:, :2]
+    nearest_m, meeting = np.inf, (0.0, 0.0)
+    for s, point in zip(on_path, sample_path(path, on_path)[:, :2], strict=True):
+        distance = np.hypot(*(route_points - point).T)
+        k = int(np.argmin(distance))
+        if distance[k] < nearest_m:
+            nearest_m, meeting = float(distance[k]), (float(s), float(on_route[k]))
+    if nearest_m > 1.0:
+        raise InvalidInput(f"{field} stays {nearest_m:.1f} m from the path, allowed is 1 m")
+    return meeting
 
 
 def pad_routes(points: list[Floats]) -> Floats:

@@ -170,7 +170,7 @@ def load_place(name: str, options: Mapping[str, float] | None = None) -> Place:
     Raises:
         InvalidInput: The name, an option or the file's content cannot be used.
     """
-    if _is_file(name):
+    if is_file(name):
         if options:
             raise InvalidInput("place_options: given, but a place from a file takes none")
         return build_place(_read_place(Path(name)))
@@ -194,10 +194,11 @@ def load_place(name: str, options: Mapping[str, float] | None = None) -> Place:
 
 def place_files(name: str) -> list[Path]:
     """Return the files that a place is read from; none for a built-in place."""
-    return [Path(name)] if _is_file(name) else []
+    return [Path(name)] if is_file(name) else []
 
 
-def _is_file(name: str) -> bool:
+def is_file(name: str) -> bool:
+    """Tell whether a place is named by a file."""
     return name.endswith((".yaml", ".yml"))
 
 

@@ -61,11 +61,16 @@ def replay_frame(
         if any(segments_cross(*a, *b, *wall) for wall in recording.walls) or (
             corridor and not _is_inside(corridor, (a + b) / 2.0)
         ):
+            where = f"{lateral_m} m to the left of" if lateral_m else "along"
             raise InvalidInput(
-                f"lateral_m = {lateral_m}: a robot of radius {robot_radius_m} m does not fit "
-                f"between the walls of {recording.name} there"
+                f"tracks: {recording.name}: a robot of radius {robot_radius_m} m does not fit "
+                f"between the walls {where} the middle, from {_point(start)} to {_point(end)}"
             )
     return ReplayFrame(start, end, recording.walls)
+
+
+def _point(point: Floats) -> str:
+    return f"({point[0]:.1f}, {point[1]:.1f})"
 
 
 def _middle_line(corridor: Corridor) -> Floats:

@@ -29,7 +29,8 @@ from hazbot_gym.core.state import (
     records,
 )
 from hazbot_gym.task.crowd import Crowd, crowd_of, draw_people
-from hazbot_gym.task.places import load_place
+from hazbot_gym.task.place_doubts import doubt
+from hazbot_gym.task.places import is_file, load_place
 from hazbot_gym.task.recorded import (
     draw_stretch,
     fill_replayed,
@@ -138,6 +139,8 @@ def _draw(people: Records, table: ScenarioTable, key: np.uint64) -> tuple[int, i
 def _in_place(config: Config) -> tuple[ScenarioTable, list[str]]:
     place = load_place(config.place, config.place_options)
     walkers = records(PERSON, 0)
+    if config.place_options or is_file(config.place):
+        doubt(f"place {config.place}", place, config)
     if config.people.walkers:
         kind = WALKERS
         crowd = Crowd()
@@ -153,6 +156,9 @@ def _recorded(config: Config) -> tuple[ScenarioTable, list[str]]:
     recordings = load_recordings(config.tracks)
     is_seeded = config.people.model == "seeded"
     places = recorded_places(recordings, with_entries=is_seeded)
+    for recording, place in zip(recordings, places[::2], strict=True):
+        if config.tracks:
+            doubt(f"tracks: {recording.name}", place, config)
     table = _table(config, SEEDED if is_seeded else REPLAYED, places)
     recorded = recorded_table(recordings, config.clock.social_s)
     return table._replace(recorded=recorded), [r.name for r in recordings for _ in range(2)]

@@ -171,7 +171,11 @@ def test_circle_ends_where_it_began_after_a_turn_to_the_left() -> None:
         ([[0.0, 0.0]], 1.0, "at least two points"),
         ([[0.0, 0.0], [0.0, 0.0]], 1.0, "coincide"),
         ([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], 1.1, "too large"),
-        ([[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]], 0.1, "too large"),  # turns back
+        (
+            [[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]],
+            0.1,
+            r"corner 1 at \[1.0, 0.0\] turns back on itself",
+        ),
     ],
 )
 def test_impossible_polyline_is_refused(

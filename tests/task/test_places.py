@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 import yaml
 
+from hazbot_gym.config import make_config
 from hazbot_gym.core.geometry import nearest_on_segment, path_length, sample_path
 from hazbot_gym.core.state import ACROSS, AGAINST, ALONG, ROBOT_RADIUS_M, Floats, Place
-from hazbot_gym.errors import InvalidInput
+from hazbot_gym.errors import DoubtfulPlace, InvalidInput
 from hazbot_gym.task.places import PLACES, load_place
+from hazbot_gym.task.scenario import Source
 
 LENGTHS_M = {"circle": 2.0 * np.pi * 3.431, "aisle": 12.0 + np.pi / 2.0}  # 12 m elsewhere
 
@@ -148,15 +150,24 @@ def test_impossible_choice_of_a_place_is_one_clear_line(
         ),
         ({"path": {"circle": {"center": [0, 0], "radius_m": 0}}}, "path.circle.radius_m: given 0"),
         ({"path": {"points": [[0, 0]]}}, "path.points: given"),
-        ({"path": {"points": [[0, 0], [0, 0]]}}, "path.points: two consecutive points"),
-        ({"path": {"points": [[0, 0], [9, 0], [9, 0.5]]}}, "path.points: corner_radius_m = 1.0"),
+        ({"path": {"points": [[0, 0], [0, 0]]}}, "path.points: point 1 and point 2 coincide"),
+        (
+            {"path": {"points": [[0, 0], [9, 0], [9, 0.5]]}},
+            "path.points: corner 1 at .9.0, 0.0.: .*1.0 is too large",
+        ),
         ({"path": {"points": [[0, 0], [float("nan"), 0]]}}, "path.points.1.0: given nan"),
         ({"walls": [[0, 0, 1]]}, "walls.0.3: given"),
         ({"walls": [[6, -1, 6, 1]]}, "path passes a wall at 0.00 m near"),
         ({"along_room_m": 0}, "along_room_m: given 0"),
-        ({"routes": [{"points": [[6, 4], [6, 4]]}]}, "routes: given .* must not coincide"),
-        ({"routes": [{"points": [[6, 4], [6, 0], [6, 4]]}]}, "routes: given .* turn back"),
-        ({"routes": [{"points": [[6, 4], [7, 3]]}]}, "a route stays 3.0 m from the path"),
+        (
+            {"routes": [{"points": [[6, 4], [6, 4]]}]},
+            "routes.0.points: .* coincide",
+        ),
+        (
+            {"routes": [{"points": [[6, 4], [6, 0], [6, 4]]}]},
+            "routes.0.points: .*turns back",
+        ),
+        ({"routes": [{"points": [[6, 4], [7, 3]]}]}, "routes.0 stays 3.0 m from the path"),
         ({"routes": [{"points": [[6, -4], [6, 4]], "rom": 1}]}, "routes.0.rom: unknown key"),
     ],
 )
@@ -189,3 +200,64 @@ def test_file_that_is_no_place_is_one_clear_line(
     with pytest.raises(InvalidInput, match=f"^place.*{complaint}") as caught:
         load_place(str(path))
     assert "\n" not in str(caught.value)
+
+
+# --- plausible places ----------------------------------------------------------------------------
+
+
+def drawn(tmp_path: Path, **change: object) -> str:
+    return write(tmp_path / "yard.yaml", {**YARD, **change})
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"path": {"points": [[0, 0], [1200, 0]]}}, "path is 1200 m long, .* read in meters"),
+        ({"path": {"circle": {"center": [0, 0], "radius_m": 1e8}}}, "path is .* m long"),
+        ({"path": {"points": [[0, 0], [0.01, 0]]}}, "path is 0.01 m long, allowed is 0.1 to 500 m"),
+        ({"path": {"points": [[0, 0], [1e308, 0]]}}, "path: points.1.0: given 1e.308"),
+        ({"routes": [{"points": [[600, -400], [6, 400]]}]}, "routes.0 is 996.4 m long"),
+        ({"walls": [[0, 2, 9, 2], [3, 3, 3, 3]]}, "walls.1: given .3.0, .*a wall has two ends"),
+        ({"walls": [[0, 2, float("inf"), 2]]}, "walls.0.2: given inf"),
+        ({"routes": [{"points": []}]}, "routes.0.points: given"),
+        ({"run_out_m": 800}, "run_out_m: given 800"),
+        (
+            {"path": {"points": [[0, 0], [4, 0], [4, 0], [9, 0]]}},
+            "path.points: point 2 and point 3",
+        ),
+        (
+            {"path": {"points": [[0, 0], [9, 0], [9, 9], [12, 9]], "corner_radius_m": 8}},
+            "path.points: corner 1 at .9.0, 0.0.: corner_radius_m = 8.0 .* from point 2 to point 3",
+        ),
+    ],
+)
+def test_implausible_place_is_refused_with_the_figure(
+    tmp_path: Path, change: dict[str, object], complaint: str
+) -> None:
+    with pytest.raises(InvalidInput, match=f"^place .*yard.*: {complaint}") as caught:
+        load_place(drawn(tmp_path, **change))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_door_that_leaves_no_room_for_tracking_errors_is_doubted(tmp_path: Path) -> None:
+    door = drawn(tmp_path, walls=[[6, 1.2, 6, 0.31], [6, -1.2, 6, -0.31]])
+    with pytest.warns(DoubtfulPlace, match=r"wall at 0.31 m near \(6.0, 0.0\); a robot of radius"):
+        Source(make_config(place=door))
+    wide = drawn(tmp_path, walls=[[6, 1.2, 6, 0.4], [6, -1.2, 6, -0.4]])
+    Source(make_config(place=wide))  # a warning would be an error
+    with pytest.warns(DoubtfulPlace, match="up to 0.14 m"):
+        Source(make_config(place=wide, drive={"nominal_speed_mps": 1.0}))
+
+
+def test_a_wall_ahead_of_the_end_is_no_narrow_passage() -> None:
+    Source(make_config(scenario="C-experiment+wall"))
+
+
+def test_a_path_longer_than_an_episode_is_doubted(tmp_path: Path) -> None:
+    place = drawn(tmp_path, path={"points": [[0, 0], [40, 0]]})
+    message = r"40.0 m long, 80 s at 0.5 m/s, and an episode ends after 60 s .*needed are more than"
+    with pytest.warns(DoubtfulPlace, match=message):
+        Source(make_config(place=place))
+    Source(make_config(place=place, max_episode_steps=900))
+    with pytest.warns(DoubtfulPlace, match="place corridor: the path is 50.0 m long"):
+        Source(make_config(place_options={"length_m": 50.0}))

@@ -79,3 +79,11 @@ def test_real_recordings_have_a_way_of_some_metres(tracks_dir: Path, name: str) 
 
     assert 7.0 < np.hypot(*(frame.end - frame.start)) < 16.0
     assert len(frame.walls) == len(recording.walls)
+
+
+def test_a_recording_without_room_is_named_with_the_way_that_was_tried() -> None:
+    across = np.array([[6.0, -1.5, 6.0, 1.5]])
+    blocked = replace(synthetic_recording(), walls=across)
+    message = r"^tracks: synthetic: .* along the middle, from \(0.0, 0.0\) to \(12.0, 0.0\)"
+    with pytest.raises(InvalidInput, match=message):
+        replay_frame(blocked)

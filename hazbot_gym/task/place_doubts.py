@@ -1,0 +1,49 @@
+"""Warnings of places that a robot may be unable to drive through, although it fits."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+
+from hazbot_gym.config import Config
+from hazbot_gym.core.geometry import path_length
+from hazbot_gym.core.state import ROBOT_RADIUS_M, Place
+from hazbot_gym.errors import DoubtfulPlace
+from hazbot_gym.task.place_data import narrowest
+
+# By how much the drive leaves its path, for each m/s: 0.061 m at 0.5 m/s and 0.14 m at 1 m/s are
+# the largest of 128 robots with the default drive, on straight paths and around corners.
+ERROR_S = 0.14
+END_M = 0.1  # of the path, left out: a wall ahead of its end is no narrow passage
+
+
+def doubt(name: str, place: Place, config: Config) -> None:
+    """Warn of a path too long for an episode, or too narrow for the drive's errors."""
+    for message in (_too_long(place, config), _too_narrow(place, config)):
+        if message:
+            warnings.warn(f"{name}: {message}", DoubtfulPlace, stacklevel=3)
+
+
+def _too_long(place: Place, config: Config) -> str:
+    length, speed_mps = path_length(place.path.view(np.recarray)), config.drive.nominal_speed_mps
+    ends_s = config.max_episode_steps * config.clock.decision_s
+    goal_s = (length - config.arrival_tolerance_m) / speed_mps
+    if goal_s <= ends_s:
+        return ""
+    return (
+        f"the path is {length:.1f} m long, {goal_s:.0f} s at {speed_mps} m/s, and an episode ends "
+        f"after {ends_s:.0f} s (max_episode_steps: {config.max_episode_steps}, needed are more "
+        f"than {goal_s / config.clock.decision_s:.0f}): no robot arrives"
+    )
+
+
+def _too_narrow(place: Place, config: Config) -> str:
+    error_m = ERROR_S * config.drive.nominal_speed_mps
+    clearance_m, x, y = narrowest(place.walls, place.path, END_M)
+    if clearance_m > ROBOT_RADIUS_M + error_m:
+        return ""
+    return (
+        f"the path passes a wall at {clearance_m:.2f} m near ({x:.1f}, {y:.1f}); a robot of radius "
+        f"{ROBOT_RADIUS_M:.2f} m that leaves its path by up to {error_m:.2f} m may touch it"
+    )
