@@ -378,17 +378,19 @@ def headroom(
     json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,
 ) -> None:
     """Compare rules with the exact optimum, where people do not react: minutes."""
+    from hazbot_gym.envs.registration import full_id
     from hazbot_gym.study import headroom as room
     from hazbot_gym.study import headroom_report
 
     _check_file(json_file)
     known = room.environments()
-    unknown = [name for name in env or () if name not in known]
+    chosen = [full_id(each).rpartition("/")[2] for each in env or known]
+    unknown = [name for name in chosen if name not in known]
     if unknown:
         raise InvalidInput(f"env: given {unknown[0]!r}, allowed are {', '.join(known)}")
     with terminal.progress_bar(terminal.progress_console()) as progress:
-        task = progress.add_task("scenarios", total=episodes * len(env or known))
-        record = room.headroom(env or known, episodes, on_progress=lambda: progress.advance(task))
+        task = progress.add_task("scenarios", total=episodes * len(chosen))
+        record = room.headroom(chosen, episodes, on_progress=lambda: progress.advance(task))
     _write_json(json_file, record)
     terminal.output_console().print(headroom_report.table(record))
 
@@ -398,7 +400,8 @@ def paper(
     out: Annotated[Path | None, typer.Option(help="Folder of the results. [results/paper]")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Fewer seeds, smaller sweeps.")] = False,
     workers: Annotated[
-        int | None, typer.Option(help="Cores to use; all usable ones if not given.", min=1)
+        int | None,
+        typer.Option(help="Cores to use; all usable ones if not given.", min=1, max=1024),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace older results.")] = False,
 ) -> None:
@@ -425,7 +428,7 @@ def paper(
 def tune(
     policy: Annotated[str, typer.Option(help="A family of rules, e.g. ttc.")],
     trials: Annotated[int, typer.Option(help="Of the search.", min=1, max=100_000)] = 50,
-    seed: Annotated[int, typer.Option(help="Of the search.", min=0)] = 0,
+    seed: Annotated[int, typer.Option(help="Of the search.", min=0, max=2**64 - 1)] = 0,
     out: Annotated[
         Path | None, typer.Option(help="File of the record. [results/tune/POLICY.json]")
     ] = None,

@@ -29,7 +29,7 @@ from hazbot_gym.core.social_force import (
 )
 from hazbot_gym.core.tracking import TrackingGains
 from hazbot_gym.core.ultrasonic import Ultrasonic
-from hazbot_gym.errors import InvalidInput
+from hazbot_gym.errors import InvalidInput, UnknownKeyword
 from hazbot_gym.utils.yaml_loader import read_yaml
 
 Family = Literal["crossing", "encountering", "leading", "confronting", "mixed"]
@@ -322,6 +322,7 @@ SCENARIOS: dict[str, dict[str, Any]] = {
 
 def make_config(
     given: Config | Mapping[str, Any] | str | Path | None = None,
+    /,
     *,
     preset: Mapping[str, Any] | None = None,
     scenario: str | None = None,
@@ -337,14 +338,22 @@ def make_config(
 
     Raises:
         InvalidInput: One line that names the field, what was given and what is allowed.
+        UnknownKeyword: The same, where an override is no field.
     """
-    if scenario is not None and scenario not in SCENARIOS:
+    if not isinstance(preset, Mapping | None):
+        raise InvalidInput(f"preset: given {preset!r}, allowed is a mapping")
+    if scenario is not None and not (isinstance(scenario, str) and scenario in SCENARIOS):
         raise InvalidInput(f"scenario: given {scenario!r}, allowed are {', '.join(SCENARIOS)}")
+    for name in overrides.keys() - Config.model_fields.keys():
+        raise UnknownKeyword(
+            f"{_name(name)}: unknown key, allowed are {', '.join(Config.model_fields)} "
+            f"(unexpected keyword argument {name!r})"
+        )
     deltas: dict[str, Any] = {}
     for layer in (preset or {}, SCENARIOS[scenario] if scenario else {}, _deltas(given), overrides):
         deltas = merge(deltas, layer)
     try:
-        return Config.model_validate(_plain(deltas))
+        return Config.model_validate(plain(deltas))
     except ValidationError as error:
         raise InvalidInput(first_error(error)) from error
 
@@ -361,12 +370,12 @@ def _deltas(given: Config | Mapping[str, Any] | str | Path | None) -> Mapping[st
     return given or {}
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Return deltas with Python's numbers in place of NumPy's, which strict types refuse."""
     if isinstance(value, Mapping):
-        return {key: _plain(each) for key, each in value.items()}
+        return {key: plain(each) for key, each in value.items()}
     if type(value) in (list, tuple):
-        return [_plain(each) for each in value]
+        return [plain(each) for each in value]
     return value.item() if isinstance(value, np.generic) else value
 
 
@@ -374,16 +383,20 @@ def first_error(error: ValidationError, model: type[BaseModel] = Config) -> str:
     """Return the first of pydantic's complaints as one line: field, what was given and allowed."""
     # Of a union's complaints the deepest is the one about what was meant.
     first = max(error.errors(include_url=False), key=lambda each: len(each["loc"]))
-    location = [
-        _shown(part).strip("'") for part in first["loc"] if "[" not in str(part)
-    ]  # literal['A', 'B']
+    # Left out are the alternatives of a union, such as literal['A', 'B'].
+    location = [_name(part) for part in first["loc"] if "[" not in str(part)]
     field = ".".join(location) or "config"
     message = first["msg"].removeprefix("Value error, ")
     if first["type"] == "value_error":
-        return f"{field}: {message}"
+        return f"{field}: {message.removeprefix('env: ')}"
     if first["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
         return f"{field}: unknown key{_known_keys(first['loc'], model)}"
     return f"{field}: given {_shown(first['input'])}, {message[0].lower()}{message[1:]}"
+
+
+def _name(field: int | str) -> str:
+    """Return the name of a field, on one line even if a user's key is not."""
+    return repr(field).strip("'")
 
 
 def _shown(value: Any) -> str:

@@ -13,6 +13,10 @@ class InvalidInput(HazbotError, ValueError):
     """
 
 
+class UnknownKeyword(InvalidInput, TypeError):
+    """A constructor has no such argument; as Python says it, for callers who try without it."""
+
+
 class MissingExtra(HazbotError, ImportError):
     """An optional dependency is not installed; the message names the ``pip install`` that helps."""
 

@@ -11,18 +11,19 @@ from gymnasium.vector import AutoresetMode
 
 from hazbot_gym.config import Config
 from hazbot_gym.core.state import Floats
+from hazbot_gym.envs.arguments import array_of, options_of
 from hazbot_gym.envs.batch import Bools
 from hazbot_gym.envs.corridor import ACTION_ROUNDING, SPEED_LEVELS, scenario_key_of
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.utils.whole_number import whole_number
 
+MOST = {"num_envs": 100_000, "threads": 1024}
 Seeds = int | Sequence[int | None] | None
 
 
 def count_of(given: Any, name: str) -> int:
     """Return a number of worlds or threads."""
-    if not isinstance(given, int | np.integer) or given < 1:
-        raise InvalidInput(f"{name}: given {given!r}, allowed are integers of at least 1")
-    return int(given)
+    return whole_number(given, name, 1, MOST[name])
 
 
 def autoreset_mode_of(given: AutoresetMode | str) -> AutoresetMode:
@@ -36,7 +37,7 @@ def autoreset_mode_of(given: AutoresetMode | str) -> AutoresetMode:
 
 def commands_of(actions: Any, worlds: int, config: Config) -> Floats:
     """Return the commanded speeds (N,) [m/s] of the actions of N worlds."""
-    nominal, values = config.drive.nominal_speed_mps, np.asarray(actions)
+    nominal, values = config.drive.nominal_speed_mps, array_of(actions, "actions")
     if config.action_type == "discrete":
         levels = len(SPEED_LEVELS)
         is_level = values.dtype.kind in "iu" and np.all((values >= 0) & (values < levels))
@@ -58,13 +59,9 @@ def _wrong(values: Any, allowed: str) -> InvalidInput:
     return InvalidInput(f"actions: given {given}, allowed are {allowed}")
 
 
-def reset_options_of(options: dict[str, Any] | None, worlds: int) -> tuple[Bools, list[int | None]]:
+def reset_options_of(options: Any, worlds: int) -> tuple[Bools, list[int | None]]:
     """Return which worlds are to be reset, and the scenario key asked for in each, if any."""
-    unknown = sorted(str(name) for name in options or {} if name not in ("key", "reset_mask"))
-    if unknown:
-        given = ", ".join(unknown)
-        raise InvalidInput(f"reset options: given {given}, allowed are key and reset_mask")
-    options = options or {}
+    options = options_of(options, "key", "reset_mask")
     mask = np.ones(worlds, np.bool_)
     if "reset_mask" in options:
         mask = mask_of(options["reset_mask"], worlds, "reset_mask")
@@ -94,15 +91,14 @@ def seeds_of(given: Seeds, worlds: int) -> list[int | None]:
     """Return one seed for each world: a number counts up, None leaves generators as they are."""
     if given is None:
         return [None] * worlds
-    if isinstance(given, int | np.integer):
+    if isinstance(given, int | np.integer) and not isinstance(given, bool):
         given = range(int(given), int(given) + worlds)
-    seeds = list(given) if np.iterable(given) else [given]
+    elif isinstance(given, str) or not np.iterable(given):
+        whole_number(given, "seed", 0)
+    seeds = list(given)
     if len(seeds) != worlds:
         raise InvalidInput(f"seed: given {len(seeds)} seeds for {worlds} worlds")
-    for seed in seeds:
-        if seed is not None and (not isinstance(seed, int | np.integer) or seed < 0):
-            raise InvalidInput(f"seed: given {seed!r}, allowed are integers of at least 0")
-    return [None if seed is None else int(seed) for seed in seeds]
+    return [None if seed is None else whole_number(seed, "seed", 0) for seed in seeds]
 
 
 def generator_of(seed: int | None) -> np.random.Generator:

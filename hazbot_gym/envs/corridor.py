@@ -13,6 +13,8 @@ import numpy.typing as npt
 from hazbot_gym.config import Config, make_config
 from hazbot_gym.core.state import NO_CONTACT, TRACK, as_record, records
 from hazbot_gym.core.ultrasonic import FRONT_RIGHT
+from hazbot_gym.envs.arguments import array_of, options_of
+from hazbot_gym.envs.spec import CompleteSpec, horizon_given_to_make
 from hazbot_gym.envs.viewer import MODES, Viewer
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.perception import (
@@ -34,6 +36,7 @@ from hazbot_gym.task.outcome import (
 )
 from hazbot_gym.task.reward import TERMS, judge, safety_cost
 from hazbot_gym.task.scenario import Source
+from hazbot_gym.utils.whole_number import whole_number
 
 SPEED_LEVELS = (0.0, 0.25, 0.5, 0.75, 1.0)  # the paper's stop, 25, 50, 75, 100 %
 ACTION_ROUNDING = 1e-6  # by which an action may exceed its bounds, as float32 arithmetic does
@@ -92,8 +95,8 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
     ``info["contact_caused_by"]`` is ``robot`` or ``person`` instead of ``nobody``, and
     ``info["contact_speed_mps"]`` is the relative speed instead of 0. The keys of ``info`` and
     their types are the same after every reset and step.
-    The horizon is ``config={{"max_episode_steps": n}}``; a shorter one given to ``gymnasium.make``
-    is Gymnasium's own TimeLimit, which truncates from outside, where the outcome stays ``running``.
+    The horizon is ``config.max_episode_steps``, at most 100,000, which
+    ``gymnasium.make(id, max_episode_steps=n)`` sets, too.
 
     ## Arguments
 
@@ -111,6 +114,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
     """
 
     metadata: dict[str, Any] = {"render_modes": list(MODES), "render_fps": 10}  # noqa: RUF012
+    spec = CompleteSpec()  # type: ignore[assignment]
 
     def __init__(
         self,
@@ -126,6 +130,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         Raises:
             InvalidInput: A value cannot be used; one line says which and what is allowed.
         """
+        overrides |= horizon_given_to_make()
         self.config = make_config(config, preset=preset, scenario=scenario, **overrides)
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": 1.0 / self.config.clock.decision_s}
@@ -149,9 +154,10 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[npt.NDArray[np.float32], dict[str, Any]]:
         """Start an episode; ``options={"key": k}`` asks for the scenario of that key."""
-        super().reset(seed=seed)
+        asked = _requested_key(options)
+        super().reset(seed=None if seed is None else whole_number(seed, "seed", 0))
         key = int(self.np_random.integers(2**63))
-        key = _requested_key(options, key)
+        key = key if asked is None else asked
         scenario = self.source.draw(key)
         self._world.reset(scenario.place, scenario.people, scenario.recording, key)
         self._key, self._place, self._is_over = key, scenario.name, False
@@ -201,7 +207,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
             if not self.action_space.contains(action):
                 raise InvalidInput(f"action: given {action!r}, allowed are the integers 0 to 4")
             return nominal * SPEED_LEVELS[int(action)]
-        values = np.asarray(action)
+        values = array_of(action, "action")
         if values.shape != (1,) or values.dtype.kind not in "fiu":
             given = f"an array of shape {values.shape} and type {values.dtype}"
             raise InvalidInput(f"action: given {given}, allowed are shape (1,) and numbers")
@@ -245,7 +251,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
             world.place.walls,
             self._sensors,
             self._history,
-            self._key,
+            np.uint64(self._key),
             world.decision,
             self._ranges,
             self._tracks,
@@ -291,20 +297,14 @@ def spaces_of(config: Config) -> tuple[gymnasium.spaces.Box, gymnasium.Space[Any
     return observations, gymnasium.spaces.Box(-1.0, 1.0, (1,))
 
 
-def _requested_key(options: dict[str, Any] | None, drawn: int) -> int:
-    unknown = set(options or {}) - {"key"}
-    if unknown:
-        raise InvalidInput(f"reset options: given {', '.join(sorted(unknown))}, allowed is key")
-    return scenario_key_of((options or {}).get("key", drawn))
+def _requested_key(options: Any) -> int | None:
+    options = options_of(options, "key")
+    return scenario_key_of(options["key"]) if "key" in options else None
 
 
 def scenario_key_of(given: Any) -> int:
     """Return a scenario's key."""
-    if not isinstance(given, int | np.integer) or not 0 <= given < 2**63:
-        raise InvalidInput(
-            f"reset options: given key = {given!r}, allowed are integers from 0 to 2^63 - 1"
-        )
-    return int(given)
+    return whole_number(given, "reset options: key", 0, 2**63 - 1)
 
 
 CorridorEnv.__doc__ = (

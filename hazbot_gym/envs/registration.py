@@ -6,8 +6,9 @@ from typing import Any
 
 import gymnasium
 
+from hazbot_gym.errors import InvalidInput
+
 NAMESPACE = "hazbot_gym"
-MAX_EPISODE_STEPS = 600
 
 # One sentence each; ``hazbot list`` and the docs print them.
 ENVIRONMENTS: dict[str, tuple[str, dict[str, Any]]] = {
@@ -51,6 +52,19 @@ ENVIRONMENTS: dict[str, tuple[str, dict[str, Any]]] = {
 }
 
 
+def full_id(name: str) -> str:
+    """Return an id with the namespace, which a user may leave out.
+
+    Raises:
+        InvalidInput: This package has no such environment.
+    """
+    short = str(name).removeprefix(f"{NAMESPACE}/")
+    if short not in ENVIRONMENTS:
+        allowed = ", ".join(f"{NAMESPACE}/{each}" for each in ENVIRONMENTS)
+        raise InvalidInput(f"env: given {name!r}, allowed are {allowed}, or without {NAMESPACE}/")
+    return f"{NAMESPACE}/{short}"
+
+
 def register_environments() -> None:
     """Register every environment that is not registered yet."""
     for name, (_, preset) in ENVIRONMENTS.items():
@@ -60,6 +74,5 @@ def register_environments() -> None:
                 id=env_id,
                 entry_point="hazbot_gym.envs.corridor:CorridorEnv",
                 vector_entry_point="hazbot_gym.envs.vector:CorridorVectorEnv",
-                max_episode_steps=preset.get("max_episode_steps", MAX_EPISODE_STEPS),
                 kwargs={"preset": preset},
             )

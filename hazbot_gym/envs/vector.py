@@ -34,6 +34,7 @@ from hazbot_gym.envs.batch_input import (
 )
 from hazbot_gym.envs.batch_viewer import BatchViewer
 from hazbot_gym.envs.corridor import spaces_of
+from hazbot_gym.envs.spec import CompleteSpec
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.batch import GROUP, allocate, mechanics
 from hazbot_gym.sim.drive import free_time_s
@@ -74,6 +75,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         "render_fps": 10,
         "autoreset_mode": AutoresetMode.NEXT_STEP,
     }
+    spec = CompleteSpec()  # type: ignore[assignment]
 
     def __init__(
         self,
@@ -82,7 +84,6 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         *,
         preset: Mapping[str, Any] | None = None,
         scenario: str | None = None,
-        max_episode_steps: int | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
         threads: int | None = None,
@@ -95,8 +96,6 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             config: As for ``CorridorEnv``, like preset, scenario and overrides.
             preset: Deltas of a registered environment.
             scenario: A named scenario.
-            max_episode_steps: Decisions allowed, at most the config's if one is given; the
-                config's if None. ``make_vec`` passes the registered horizon.
             autoreset_mode: What follows the end of an episode.
             render_mode: "rgb_array" for pictures by ``render``, one of each world.
             threads: How many to use, one for each usable processor if None; no result depends on
@@ -111,10 +110,6 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             processors.usable() if threads is None else threads, "threads"
         )
         self.config = make_config(config, preset=preset, scenario=scenario, **overrides)
-        if max_episode_steps is not None:
-            if config is not None:
-                max_episode_steps = min(max_episode_steps, self.config.max_episode_steps)
-            self.config = make_config(self.config, max_episode_steps=max_episode_steps)
         self.render_mode = render_mode
         self.autoreset_mode = autoreset_mode_of(autoreset_mode)
         self.metadata = {
@@ -123,8 +118,8 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             "render_fps": 1.0 / self.config.clock.decision_s,
         }
         self.single_observation_space, self.single_action_space = spaces_of(self.config)
-        self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
         self._threads = Threads(max(self._thread_count - 1, 1))
         self._generators: list[np.random.Generator] = []
         self._allocate()
@@ -190,7 +185,10 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
                 scenario of that key, a list for one in each world.
         """
         mask, keys = reset_options_of(options, self.num_envs)
-        self._seed(seeds_of(seed, self.num_envs), mask)
+        seeds = seeds_of(seed, self.num_envs)
+        if seed is not None:  # what the attribute tells; worlds have their own generators
+            self._np_random_seed = seeds[0] if isinstance(seed, int | np.integer) else tuple(seeds)
+        self._seed(seeds, mask)
         self._refill(mask & (self._episodes.used >= KEYS_AHEAD))
         for i in np.flatnonzero(mask):
             if keys[i] is not None:  # instead of the one drawn, as CorridorEnv does

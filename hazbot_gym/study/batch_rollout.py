@@ -33,6 +33,7 @@ from hazbot_gym.study.metrics import Row
 from hazbot_gym.task.reward import TERMS
 
 MOST_WORLDS = 512  # side by side; more are no faster, and their record would take more memory
+LONG = 2000  # decisions; in longer episodes fewer worlds, for the same memory
 ROBOT_COLUMNS = ("x", "y", "theta", "v", "command", "x_e", "y_e", "theta_e")
 
 
@@ -48,7 +49,7 @@ def run_episodes(
         limit: number of decisions after which an episode is cut off.
         threads: that step the worlds; no number depends on it.
     """
-    rounds = -(-len(seeds) // MOST_WORLDS)
+    rounds = -(-len(seeds) // max(MOST_WORLDS * LONG // max(limit, LONG), 1))
     size = -(-len(seeds) // rounds)
     worlds = CorridorVectorEnv(size, config, threads=threads, autoreset_mode="Disabled")
     for first in range(0, len(seeds), size):

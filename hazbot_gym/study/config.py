@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from annotated_types import Ge, Gt, Le, Lt, MinLen
-from pydantic import Field, ValidationError, field_serializer, field_validator
+from pydantic import AfterValidator, Field, ValidationError, field_serializer, field_validator
 
 from hazbot_gym.config import Loose, Section, first_error
-from hazbot_gym.envs.registration import NAMESPACE
+from hazbot_gym.envs.registration import NAMESPACE, full_id
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.knobs import sweep
 from hazbot_gym.study import bank_sets
@@ -29,9 +29,10 @@ Engine = Literal["batched", "pymunk"]  # the reference is pymunk; both give the 
 
 
 # Bounds that no study meets: without them a misplaced digit takes a year or all the memory.
-Episodes = Annotated[int, Ge(1), Le(1_000_000)]
+MOST_EPISODES, MOST_SEED = 1_000_000, 2**64 - 1
+Episodes = Annotated[int, Ge(1), Le(MOST_EPISODES)]
 Steps = Annotated[int, Ge(1), Le(100_000_000_000)]
-Seed = Annotated[int, Ge(0), Lt(2**64)]
+Seed = Annotated[int, Ge(0), Le(MOST_SEED)]
 Positive = Annotated[float, Gt(0)]
 Names = Annotated[tuple[str, ...], Loose]
 SomeNames = Annotated[tuple[str, ...], Loose, MinLen(1)]
@@ -44,7 +45,7 @@ class ScenarioSet(Section):
     """
 
     name: Annotated[str, MinLen(1)]
-    env: str
+    env: Annotated[str, AfterValidator(full_id)]
     overrides: dict[str, Any] = Field(default_factory=dict)
     episodes: Episodes | None = None  # how many there are; None: no end of them
     seed: Seed | None = None  # root of their seeds; None: the study's

@@ -8,18 +8,18 @@ from typing import Any, NamedTuple, get_args
 
 import gymnasium
 import numpy as np
-from gymnasium.envs.registration import EnvSpec
 
 from hazbot_gym.config import Config, make_config
 from hazbot_gym.core.state import ROBOT_RADIUS_M, Floats, Ints, Records
-from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
+from hazbot_gym.envs.corridor import CorridorEnv
+from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE, full_id
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import NO_CODE, Permissions, Policy
 from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.study import batch_rollout
 from hazbot_gym.study.actions import ask, playable
 from hazbot_gym.study.alone import walked_alone
-from hazbot_gym.study.config import Engine, ScenarioSet
+from hazbot_gym.study.config import MOST_EPISODES, MOST_SEED, Engine, ScenarioSet
 from hazbot_gym.study.episode import (
     ENDING,
     PERSON_COLUMNS,
@@ -30,8 +30,7 @@ from hazbot_gym.study.episode import (
 )
 from hazbot_gym.study.metrics import Row, SsmThresholds, measure
 from hazbot_gym.utils import processors
-
-MOST_EPISODES = 1_000_000  # of one policy in one call, whose records are held in memory
+from hazbot_gym.utils.whole_number import whole_number
 
 
 class Block(NamedTuple):
@@ -74,7 +73,7 @@ def evaluate(
     Raises:
         InvalidInput: one of the arguments is not usable.
     """
-    _check_names(policy, env_id, overrides)
+    _check_names(policy, overrides)
     check_counts(episodes, seed)
     scenarios = scenario_set(env_id, overrides)
     if engine not in get_args(Engine):
@@ -85,13 +84,11 @@ def evaluate(
     return run_block(block, threads=processors.usable())
 
 
-def _check_names(policy: object, env_id: object, overrides: object) -> None:
+def _check_names(policy: object, overrides: object) -> None:
     if not isinstance(policy, str):
         raise InvalidInput(
             f"policy: given {policy!r}, allowed is text: name:option=value or module:attribute"
         )
-    if not isinstance(env_id, str):
-        raise InvalidInput(_unknown_env(str(env_id)))
     is_mapping = overrides is None or isinstance(overrides, Mapping)
     if not is_mapping or not all(isinstance(name, str) for name in overrides or ()):
         raise InvalidInput(f"overrides: given {overrides!r}, allowed is a mapping from names")
@@ -99,29 +96,16 @@ def _check_names(policy: object, env_id: object, overrides: object) -> None:
 
 def check_counts(episodes: int, seed: int) -> None:
     """Complain about a number of episodes, or a root of their seeds, that cannot be run."""
-    _check_whole("episodes", episodes)
-    if not 1 <= episodes <= MOST_EPISODES:
-        raise InvalidInput(f"episodes: given {episodes}, allowed is 1 to {MOST_EPISODES:,}")
-    _check_seed(seed)
-
-
-def _check_seed(seed: int) -> None:
-    _check_whole("seed", seed)
-    if seed < 0:
-        raise InvalidInput(f"seed: given {seed}, allowed is 0 or more")
-
-
-def _check_whole(name: str, value: object) -> None:
-    if not isinstance(value, int | np.integer) or isinstance(value, bool):
-        raise InvalidInput(f"{name}: given {value!r}, allowed is a whole number")
+    whole_number(episodes, "episodes", 1, MOST_EPISODES)
+    whole_number(seed, "seed", 0, MOST_SEED)
 
 
 def scenario_set(env_id: str, overrides: Mapping[str, Any] | None = None) -> ScenarioSet:
     """Return an environment as a set, named as in ``hazbot study``, so that its seeds agree."""
-    changes = dict(overrides or {})
-    preset = env_id.rsplit("/", 1)[-1].rsplit("-v", 1)[0]
+    changes, env = dict(overrides or {}), full_id(env_id)
+    preset = env.rsplit("/", 1)[-1].rsplit("-v", 1)[0]
     name = str(changes.get("scenario") or preset)
-    return ScenarioSet(name=name, env=env_id, overrides=changes)
+    return ScenarioSet(name=name, env=env, overrides=changes)
 
 
 def try_out(
@@ -190,7 +174,7 @@ def run_episode(env: gymnasium.Env[Any, Any], policy: Policy, seed: int) -> tupl
         raise InvalidInput(f"env: given {env!r}, allowed is gymnasium.make of a hazbot_gym id")
     if isinstance(policy, type) or not isinstance(policy, Policy):
         raise InvalidInput(f"policy: given {policy!r}, allowed is an object with predict")
-    _check_seed(seed)
+    whole_number(seed, "seed", 0)
     observation, start = env.reset(seed=int(seed))
     state, episode_start = None, np.array([True])
     snapshots, steps = [env.unwrapped.snapshot()], []  # type: ignore[attr-defined]
@@ -208,14 +192,13 @@ def run_episode(env: gymnasium.Env[Any, Any], policy: Policy, seed: int) -> tupl
     return _record(env, snapshots, steps, start), labels
 
 
-def make_env(scenarios: ScenarioSet) -> gymnasium.Env[Any, Any]:
-    """Make the environment of a scenario set.
+def make_env(scenarios: ScenarioSet, render_mode: str | None = None) -> gymnasium.Env[Any, Any]:
+    """Make the environment of a scenario set, on pymunk.
 
     Raises:
-        InvalidInput: there is no such environment, it is not one of this project's, or a config
-            value is not allowed.
+        InvalidInput: there is no such environment, or a config value is not allowed.
     """
-    return gymnasium.make(_spec(scenarios.env), **scenarios.overrides)
+    return CorridorEnv(resolve(scenarios)[0], render_mode=render_mode)
 
 
 def resolve(scenarios: ScenarioSet) -> tuple[Config, int]:
@@ -224,21 +207,12 @@ def resolve(scenarios: ScenarioSet) -> tuple[Config, int]:
     Raises:
         InvalidInput: as for ``make_env``.
     """
-    spec = _spec(scenarios.env)
-    values = {**spec.kwargs, **scenarios.overrides}
-    limit = values.pop("max_episode_steps", None) or spec.max_episode_steps
-    config = make_config(values.pop("config", None), **values)
-    return config, limit if limit > 0 else config.max_episode_steps  # -1: Gymnasium's "no limit"
-
-
-def _spec(env_id: str) -> EnvSpec:
-    try:
-        spec = gymnasium.spec(env_id)
-    except (gymnasium.error.Error, ModuleNotFoundError) as error:
-        raise InvalidInput(_unknown_env(env_id)) from error
-    if spec.namespace != NAMESPACE:
-        raise InvalidInput(_unknown_env(env_id))
-    return spec
+    _, preset = ENVIRONMENTS[full_id(scenarios.env).removeprefix(f"{NAMESPACE}/")]
+    values = dict(scenarios.overrides)
+    if "preset" in values:
+        raise InvalidInput("preset: given, but env says which; give single values")
+    config = make_config(values.pop("config", None), preset=preset, **values)
+    return config, config.max_episode_steps
 
 
 def episode_seed(root: int, name: str, index: int) -> int:
@@ -289,15 +263,9 @@ def _record(
         costs=np.array([info["cost"] for info in infos], dtype=float),
         **ending(*(last[name] for name in ENDING)),
         time_free_s=float(start["time_free_s"]),
-        horizon_s=_max_episode_steps(env) * config.clock.decision_s,
+        horizon_s=config.max_episode_steps * config.clock.decision_s,
         robot_radius_m=ROBOT_RADIUS_M,
     )
-
-
-def _max_episode_steps(env: gymnasium.Env[Any, Any]) -> int:
-    """Return after how many decisions an episode is cut off; Gymnasium's limit goes first."""
-    limit = env.spec.max_episode_steps if env.spec else None
-    return int(limit or env.unwrapped.config.max_episode_steps)  # type: ignore[attr-defined]
 
 
 def _people(present: list[Records], persons: list[Ints]) -> tuple[Ints, Floats]:
@@ -308,8 +276,3 @@ def _people(present: list[Records], persons: list[Ints]) -> tuple[Ints, Floats]:
     columns = np.stack([together[name] for name in PERSON_COLUMNS], axis=1)
     instants = np.repeat(np.arange(len(present)), counts)
     return stack_people(instants, np.concatenate(persons), columns, len(present))
-
-
-def _unknown_env(env_id: str) -> str:
-    allowed = ", ".join(environment_ids())
-    return f"env: given {env_id!r}, allowed are {allowed}"

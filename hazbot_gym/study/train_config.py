@@ -16,8 +16,8 @@ from typing import Annotated, Any, Literal
 from annotated_types import Ge, Gt, Le
 from pydantic import Field, ValidationError, ValidationInfo, field_validator
 
-from hazbot_gym.config import Config, Section, first_error, make_config
-from hazbot_gym.envs.registration import NAMESPACE
+from hazbot_gym.config import Config, Section, first_error
+from hazbot_gym.envs.registration import NAMESPACE, full_id
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import rollout
 from hazbot_gym.study.config import Engine, Names, ScenarioSet, SomeNames, Steps
@@ -94,7 +94,8 @@ class TrainConfig(Section):
     @field_validator("env", mode="before")
     @classmethod
     def _one_or_several(cls, env: Any) -> Any:
-        return (env,) if isinstance(env, str) else env
+        given = [env] if isinstance(env, str) else env
+        return [full_id(each) for each in given] if isinstance(given, list | tuple) else given
 
     @field_validator("imitation")
     @classmethod
@@ -152,8 +153,8 @@ class TrainConfig(Section):
 
 
 def _environment(env: str, overrides: dict[str, Any]) -> Config:
-    config, limit = rollout.resolve(ScenarioSet(name=env, env=env, overrides=overrides))
-    return make_config(config, max_episode_steps=min(limit, config.max_episode_steps))
+    config, _ = rollout.resolve(ScenarioSet(name=env, env=env, overrides=overrides))
+    return config
 
 
 def load_training(path: Path | str | None = None, **changes: Any) -> TrainConfig:

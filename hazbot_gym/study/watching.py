@@ -146,8 +146,7 @@ def _make(show: Show) -> tuple[gymnasium.Env[Any, Any], float]:
     check_counts(show.episodes, show.seed)
     if not SLOWEST <= show.speed <= FASTEST:
         raise InvalidInput(f"speed: given {show.speed}, allowed is {SLOWEST} to {FASTEST}")
-    changes = {**show.overrides, "render_mode": "rgb_array"}
-    env = make_env(scenario_set(show.env_id, changes))
+    env = make_env(scenario_set(show.env_id, show.overrides), "rgb_array")
     decision_s = env.unwrapped.config.clock.decision_s  # type: ignore[attr-defined]
     return env, show.speed / decision_s
 

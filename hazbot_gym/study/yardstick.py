@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hazbot_gym.config import Config, make_config
+from hazbot_gym.config import Config
 from hazbot_gym.core.state import Floats
 from hazbot_gym.policies.base import NO_CODE, Permissions
 from hazbot_gym.policies.base import make as make_policy
@@ -47,7 +47,6 @@ def run_stretch(stretch: Stretch) -> list[dict[str, Any]]:
     plan, in [-1, 1].
     """
     config, limit = resolve(stretch.scenarios)
-    config = make_config(config, max_episode_steps=min(limit, config.max_episode_steps))
     indices = range(stretch.first, stretch.first + stretch.episodes)
     seeds = [episode_seed(stretch.seed, stretch.scenarios.name, index) for index in indices]
     is_exact = is_exact_for(config)

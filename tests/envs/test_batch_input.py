@@ -64,6 +64,11 @@ def test_bad_discrete_actions_are_refused_and_change_nothing(bad: Any) -> None:
     refused(lambda envs: envs.step(np.array(bad)), "actions: given", action_type="discrete")
 
 
+@pytest.mark.parametrize("bad", [[[0.0], [0.0, 1.0], [0.0]], [0.0, [1.0], 0.0]])
+def test_ragged_actions_are_refused_and_change_nothing(bad: Any) -> None:
+    refused(lambda envs: envs.step(bad), "actions: given .*, no array")
+
+
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
@@ -74,11 +79,16 @@ def test_bad_discrete_actions_are_refused_and_change_nothing(bad: Any) -> None:
         ({"seed": [1, 2, "x"]}, "seed: given 'x', allowed"),
         ({"options": {"kye": 3}}, "reset options: given kye, allowed are key and reset_mask"),
         ({"options": {7: 3}}, "reset options: given 7, allowed are key and reset_mask"),
-        ({"options": {"key": -1}}, "reset options: given key = -1, allowed"),
-        ({"options": {"key": 2**63}}, "reset options: given key = 9223372036854775808, allowed"),
-        ({"options": {"key": "one"}}, "reset options: given key = 'one', allowed"),
+        ({"options": {"key": -1}}, "reset options: key: given -1, allowed"),
+        ({"options": {"key": 2**63}}, "reset options: key: given 9223372036854775808, allowed"),
+        ({"seed": True}, "seed: given True, allowed"),
+        ({"seed": "12"}, "seed: given '12', allowed"),
+        ({"options": 5}, "reset options: given 5, allowed is a dict with key and reset_mask"),
+        ({"options": {"key": True}}, "reset options: key: given True, allowed"),
+        ({"options": {"key": 1.0}}, "reset options: key: given 1.0, allowed"),
+        ({"options": {"key": "one"}}, "reset options: key: given 'one', allowed"),
         ({"options": {"key": [1, 2]}}, "reset options: given 2 keys for 3 worlds"),
-        ({"options": {"key": [1, 2, 0.5]}}, "reset options: given key = 0.5, allowed"),
+        ({"options": {"key": [1, 2, 0.5]}}, "reset options: key: given 0.5, allowed"),
         ({"options": {"reset_mask": [True, True, True]}}, "reset_mask: given"),
         ({"options": {"reset_mask": np.ones(2, np.bool_)}}, "reset_mask: given"),
         ({"options": {"reset_mask": np.ones(3)}}, "reset_mask: given"),
@@ -108,6 +118,9 @@ def refused(ask: Callable[[CorridorVectorEnv], Any], complaint: str, **arguments
     ("arguments", "complaint"),
     [
         ({"num_envs": 0}, "num_envs: given 0"),
+        ({"num_envs": True}, "num_envs: given True"),
+        ({"num_envs": 10**9}, "num_envs: given 1000000000, allowed are integers from 1 to 100,000"),
+        ({"threads": 10**9}, "threads: given 1000000000, allowed are integers from 1 to 1,024"),
         ({"num_envs": 2.0}, "num_envs: given 2.0"),
         ({"threads": 0}, "threads: given 0"),
         ({"autoreset_mode": "Never"}, "autoreset_mode: given 'Never', allowed are"),

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -7,7 +8,9 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 import pytest
+from gymnasium.envs.registration import EnvSpec
 
+from hazbot_gym.config import make_config
 from hazbot_gym.core.state import PATTERN_NAMES, PRESENT
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
@@ -190,12 +193,92 @@ def test_time_runs_out_at_the_horizon(horizon: int) -> None:
     assert steps[-1].info["outcome"] == "timeout"
 
 
-def test_a_shorter_limit_of_gymnasium_truncates_from_outside() -> None:
-    env = gymnasium.make(IDS[0], max_episode_steps=7)
+@pytest.mark.parametrize(
+    ("arguments", "horizon"),
+    [
+        ({}, 600),
+        ({"max_episode_steps": 7}, 7),
+        ({"max_episode_steps": 700}, 700),
+        ({"max_episode_steps": -1}, 600),  # Gymnasium's word for no TimeLimit
+        ({"config": {"max_episode_steps": 700}}, 700),
+        ({"config": {"max_episode_steps": 9}, "max_episode_steps": 8}, 8),
+        ({"config": make_config(max_episode_steps=11)}, 11),
+        ({"scenario": "circle+human"}, 800),
+    ],
+    ids=str,
+)
+def test_horizon_that_make_was_asked_for_is_the_one_that_is_run(
+    arguments: dict[str, Any], horizon: int
+) -> None:
+    first = gymnasium.make(IDS[0], **{"people": {"count": [0, 0]}, **arguments})
+    assert first.spec is not None
+    for env in (first, gymnasium.make(EnvSpec.from_json(first.spec.to_json()))):
+        assert env.spec is not None
+        assert env.spec.max_episode_steps == horizon
+        env.reset(seed=0)
+        steps = list(episode(env, STOP))
+        assert (len(steps), steps[-1].truncated) == (horizon, True)
+        assert steps[-1].info["outcome"] == "timeout"
+
+
+@pytest.mark.parametrize("horizon", [0, -5, "abc", 7.5, [20], True, 10**12])
+def test_horizon_that_is_none_is_refused_in_one_line(horizon: Any) -> None:
+    for arguments in ({"max_episode_steps": horizon}, {"config": {"max_episode_steps": horizon}}):
+        with pytest.raises(InvalidInput, match="^max_episode_steps: given .*, input should be"):
+            gymnasium.make(IDS[0], **arguments)
+
+
+def test_unknown_keyword_is_the_type_error_that_torchrl_looks_for() -> None:
+    with pytest.raises(TypeError, match="unexpected keyword argument 'frameskip'") as caught:
+        gymnasium.make(IDS[0], frameskip=4)
+    assert isinstance(caught.value, InvalidInput)
+    assert str(caught.value).startswith("frameskip: unknown key, allowed are place, ")
+
+
+@pytest.mark.parametrize("key", [2**63 - 1, np.uint64(2**63 - 1), np.int64(3), 0])
+def test_every_key_up_to_its_bound_is_a_scenario(key: Any) -> None:
+    env = make()
     env.reset(seed=0)
-    steps = [Step(env.step(np.float32(STOP))) for _ in range(7)]
-    assert [step.truncated for step in steps] == [False] * 6 + [True]
-    assert steps[-1].info["outcome"] == "running"
+    env.step(FULL)
+    _, info = env.reset(options={"key": key})
+    env.step(FULL)
+    assert info["scenario_key"] == int(key)
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        ({"key": 2**63}, "key: given 9223372036854775808, allowed are integers from 0 to"),
+        ({"key": -1}, "key: given -1, allowed are integers"),
+        ({"key": True}, "key: given True, allowed are integers"),
+        ({"key": 1.0}, "key: given 1.0, allowed are integers"),
+        ({"key": None}, "key: given None, allowed are integers"),
+        ({3: 4}, "given 3, allowed is key"),
+        ({"key": 1, (1,): 4}, "given (1,), allowed is key"),
+        ([1], "given [1], allowed is a dict with key"),
+        (5, "given 5, allowed is a dict with key"),
+    ],
+    ids=str,
+)
+def test_reset_options_of_another_kind_are_refused(options: Any, complaint: str) -> None:
+    with pytest.raises(InvalidInput, match=re.escape(complaint)) as caught:
+        make().reset(options=options)
+    assert str(caught.value).startswith("reset options: ")
+
+
+@pytest.mark.parametrize("seed", [-1, True, 1.5, "x", [1]])
+def test_seed_of_another_kind_is_refused(seed: Any) -> None:
+    with pytest.raises(InvalidInput, match="^seed: given .*, allowed are integers of at least 0"):
+        make().reset(seed=seed)
+
+
+@pytest.mark.parametrize("action", [[[1], [1, 2]], [1, [2]]])
+def test_ragged_actions_are_refused_in_one_line(action: Any) -> None:
+    env = make()
+    env.reset(seed=0)
+    with pytest.raises(InvalidInput, match="^action: given .*, no array") as caught:
+        env.step(action)
+    assert "\n" not in str(caught.value)
 
 
 def test_an_episode_that_is_over_takes_no_more_steps() -> None:

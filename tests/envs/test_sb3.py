@@ -294,7 +294,7 @@ def test_options_are_used_once_in_all_worlds_or_in_each() -> None:
     assert envs.reset()[0] == pytest.approx(loop.reset()[0], abs=1e-6)
     for bad, complaint in (
         ({"kye": 7}, "reset options: given kye, allowed is key"),
-        ({"key": -7}, "reset options: given key = -7, allowed"),
+        ({"key": -7}, "reset options: key: given -7, allowed"),
         ([{"key": 7}], "reset options: given 1 keys for 3 worlds"),
     ):
         envs.set_options(bad)

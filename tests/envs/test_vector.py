@@ -11,6 +11,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from gymnasium.wrappers import vector as wrappers
 
@@ -19,6 +20,7 @@ from hazbot_gym.core.state import Floats
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
 from hazbot_gym.envs.vector import CorridorVectorEnv
+from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.reward import TERMS
 
 IDS = [f"{NAMESPACE}/{name}" for name in ENVIRONMENTS]
@@ -233,16 +235,43 @@ def test_reward_terms_are_those_of_the_reward() -> None:
         ({"config": {"max_episode_steps": 50}}, 50),
         ({"config": make_config(max_episode_steps=60)}, 60),
         ({"config": {"tier": "sonar"}}, 600),
+        ({"config": {"max_episode_steps": 1000}}, 1000),
+        ({"config": {"max_episode_steps": 50}, "max_episode_steps": 60}, 60),
+        ({"scenario": "circle+human"}, 800),
     ],
     ids=str,
 )
 def test_make_vec_keeps_the_horizon_that_was_asked_for(
     arguments: dict[str, Any], steps: int
 ) -> None:
-    envs: Any = gymnasium.make_vec(
-        IDS[0], 2, vectorization_mode="vector_entry_point", **arguments
-    ).unwrapped
-    assert envs.config.max_episode_steps == steps
+    envs: Any = gymnasium.make_vec(IDS[0], 2, **arguments)
+    assert type(envs) is CorridorVectorEnv
+    assert envs.config.max_episode_steps == envs.spec.max_episode_steps == steps
+    again: Any = gymnasium.make_vec(EnvSpec.from_json(envs.spec.to_json()))
+    assert (again.num_envs, again.config) == (2, envs.config)
+
+
+@pytest.mark.parametrize("horizon", [0, -5, "abc", 7.5, [20], True, 10**12])
+def test_horizon_that_is_none_is_refused_in_one_line(horizon: Any) -> None:
+    for arguments in ({"max_episode_steps": horizon}, {"config": {"max_episode_steps": horizon}}):
+        with pytest.raises(InvalidInput, match="^max_episode_steps: given .*, input should be"):
+            gymnasium.make_vec(IDS[0], 2, **arguments)
+
+
+def test_unknown_keyword_is_a_type_error_that_names_it() -> None:
+    with pytest.raises(TypeError, match="unexpected keyword argument 'frameskip'") as caught:
+        gymnasium.make_vec(IDS[0], 2, frameskip=4)
+    assert isinstance(caught.value, InvalidInput)
+
+
+def test_seed_of_the_last_reset_is_told() -> None:
+    envs = CorridorVectorEnv(2)
+    envs.reset(seed=7)
+    assert envs.np_random_seed == 7
+    envs.reset()
+    assert envs.np_random_seed == 7
+    envs.reset(seed=[3, 4])
+    assert envs.np_random_seed == (3, 4)
 
 
 def test_make_vec_passes_on_mode_and_overrides() -> None:

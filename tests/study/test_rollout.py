@@ -156,8 +156,41 @@ def test_people_are_stacked_with_gaps_where_they_are_absent() -> None:
 @pytest.mark.parametrize("env_id", ["CartPole-v1", "hazbot_gym/Nowhere-v0", "nowhere:Env-v0", "x"])
 def test_an_environment_that_is_not_ours_is_refused_with_those_that_are(env_id: str) -> None:
     with pytest.raises(InvalidInput, match="hazbot_gym/Corridor-v0") as raised:
-        make_env(ScenarioSet(name="x", env=env_id))
+        evaluate("constant", env_id, episodes=1)
     assert "\n" not in str(raised.value)
+
+
+def test_an_environment_may_be_named_without_its_namespace() -> None:
+    assert scenario_set("Circle-v0") == scenario_set("hazbot_gym/Circle-v0")
+    assert scenario_set("Circle-v0").env == "hazbot_gym/Circle-v0"
+
+
+@pytest.mark.parametrize("engine", ["batched", "pymunk"])
+def test_horizon_that_is_set_is_the_one_that_is_run(engine: str) -> None:
+    longer = {"max_episode_steps": 700, "people": {"count": [0, 0]}}
+    (row,) = evaluate("constant:0.0", "Corridor-v0", episodes=1, overrides=longer, engine=engine)
+
+    assert (row["outcome"], row["steps"]) == ("timeout", 700)
+
+
+@pytest.mark.parametrize("engine", ["batched", "pymunk"])
+@pytest.mark.parametrize("horizon", [0, -5, "abc", 7.5, [20], True, 10**12])
+def test_horizon_that_is_none_is_refused_in_one_line(horizon: Any, engine: str) -> None:
+    with pytest.raises(InvalidInput, match="^max_episode_steps: given .*, input should be"):
+        evaluate(
+            "constant:0.0",
+            "Corridor-v0",
+            episodes=1,
+            overrides={"max_episode_steps": horizon},
+            engine=engine,
+        )
+
+
+@pytest.mark.parametrize("engine", ["batched", "pymunk"])
+@pytest.mark.parametrize("key", ["given", "preset", "render_mode", "num_envs", "id", "threads"])
+def test_override_that_is_no_field_is_refused(key: str, engine: str) -> None:
+    with pytest.raises(InvalidInput, match=f"^{key}: "):
+        evaluate("constant", "Corridor-v0", episodes=1, overrides={key: 1}, engine=engine)
 
 
 def test_all_environments_of_the_default_study_exist() -> None:
@@ -180,7 +213,7 @@ def test_senseless_numbers_are_refused(episodes: int, seed: int) -> None:
     [
         ({"policy": Constant()}, "policy: given Constant"),
         ({"policy": Constant}, "policy: given <class"),
-        ({"env_id": None}, "env: given 'None'"),
+        ({"env_id": None}, "env: given None"),
         ({"episodes": "3"}, "episodes: given '3'"),
         ({"episodes": 2.5}, "episodes: given 2.5"),
         ({"episodes": 10**30}, "1 to 1,000,000"),

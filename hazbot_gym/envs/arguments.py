@@ -1,0 +1,44 @@
+"""The actions and reset options that both engines are given, checked before anything changes."""
+
+from __future__ import annotations
+
+import reprlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hazbot_gym.errors import InvalidInput
+
+
+def array_of(actions: Any, name: str) -> npt.NDArray[Any]:
+    """Return actions as an array.
+
+    Raises:
+        InvalidInput: They are no array, such as lists of different lengths.
+    """
+    try:
+        return np.asarray(actions)
+    except (TypeError, ValueError, RuntimeError) as error:  # RuntimeError: a tensor with gradients
+        reason = str(error).splitlines()[0]
+        raise InvalidInput(f"{name}: given {reprlib.repr(actions)}, no array ({reason})") from error
+
+
+def options_of(options: Any, *names: str) -> Mapping[Any, Any]:
+    """Return the options of a reset, an empty mapping if there are none.
+
+    Raises:
+        InvalidInput: They are no mapping, or some have other names.
+    """
+    if options is None:
+        return {}
+    allowed = " and ".join(names)
+    if not isinstance(options, Mapping):
+        given = reprlib.repr(options)
+        raise InvalidInput(f"reset options: given {given}, allowed is a dict with {allowed}")
+    unknown = [reprlib.repr(key).strip("'") for key in options if key not in names]
+    if unknown:
+        are = "is" if len(names) == 1 else "are"
+        raise InvalidInput(f"reset options: given {', '.join(unknown)}, allowed {are} {allowed}")
+    return options
