@@ -190,7 +190,7 @@ def study(
 def make_report(
     folder: Annotated[Path, typer.Argument(help="Folder of a finished study.")],
 ) -> None:
-    """Make the page of a finished study anew, from what it recorded."""
+    """Make the page of a finished study anew from its records; runs nothing that they name."""
     from hazbot_gym.study import report
 
     terminal.output_console().print(f"Report: {report.write_report(folder)}", soft_wrap=True)
