@@ -124,15 +124,14 @@ def check_numbers(
     """
     whole = np.column_stack([ids, frames])
     with np.errstate(invalid="ignore"):
-        faults = {
-            "a cell is not a finite number": ~np.isfinite(whole).all(axis=1)
-            | ~np.isfinite(values).all(axis=1),
-            "id and frame must be whole numbers": (whole % 1.0 != 0.0).any(axis=1),
-            f"id and frame must be at most {LARGEST_WHOLE}": (np.abs(whole) > LARGEST_WHOLE).any(
-                axis=1
-            ),
-            "a position beyond 1e9": (np.abs(values) > LARGEST_POSITION).any(axis=1),
-        }
-    for fault, is_bad in faults.items():
+        faults = (
+            ("a cell is not a finite number", ~np.isfinite(whole)),
+            ("a cell is not a finite number", ~np.isfinite(values)),
+            ("id and frame must be whole numbers", whole % 1.0 != 0.0),
+            (f"id and frame must be at most {LARGEST_WHOLE}", np.abs(whole) > LARGEST_WHOLE),
+            ("a position beyond 1e9", np.abs(values) > LARGEST_POSITION),
+        )
+    for fault, is_bad in faults:
         if is_bad.any():
-            raise InvalidInput(f"{name}: {place_of(int(np.argmax(is_bad)))}: {fault}")
+            row = int(np.argmax(is_bad.any(axis=1)))
+            raise InvalidInput(f"{name}: {place_of(row)}: {fault}")
