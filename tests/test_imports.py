@@ -158,3 +158,14 @@ def test_importing_the_package_loads_no_heavy_library() -> None:
 
     assert "gymnasium" in loaded
     assert heavy.isdisjoint(loaded)
+
+
+def test_tables_are_parsed_by_what_is_imported_when_one_is_read() -> None:
+    command = "import sys, hazbot_gym.task.scenario; print(*sys.modules)"
+
+    loaded = subprocess.run(
+        [sys.executable, "-c", command], capture_output=True, text=True, check=True
+    ).stdout.split()
+
+    assert "hazbot_gym.task.track_formats" in loaded
+    assert {"pandas", "h5py", "shapely"}.isdisjoint(loaded)

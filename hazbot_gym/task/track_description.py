@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AliasChoices, BaseModel, ConfigDict, Field, ValidationError
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.task.track_formats.table import Unit
+from hazbot_gym.task.track_formats.table import MOST_WALLS, Unit
 
 FARTHEST_M = 1e6  # of a wall or a corridor from the origin
 _CLOSE = 0.8  # of names, as difflib measures it
@@ -41,7 +41,7 @@ class Geometry(_Strict):
     corridor_axis: Literal["x", "y"] | None = None
     corridor_x: _Point | None = None
     corridor_y: _Point | None = None
-    walls: list[tuple[_Point, _Point]] = []
+    walls: Annotated[list[tuple[_Point, _Point]], Field(max_length=MOST_WALLS)] = []
 
 
 class Source(_Strict):

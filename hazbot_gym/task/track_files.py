@@ -84,7 +84,7 @@ def read_tracks(
     """
     options = Options(fps, units, columns, metres_per_pixel)
     path = Path(path)
-    _check_options(options)
+    check_options(options)
     described = read_description(path.with_suffix(".json"))
     known = _known(options, described)
     table = read_table(path, Given(known.columns, known.columns_from, known.fps))
@@ -113,7 +113,12 @@ def read_tracks(
 # --- columns, unit and rate ----------------------------------------------------------------------
 
 
-def _check_options(options: Options) -> None:
+def check_options(options: Options) -> None:
+    """Refuse options that no file can be read with.
+
+    Raises:
+        InvalidInput: names the option.
+    """
     for name in ("fps", "metres_per_pixel"):
         value = getattr(options, name)
         if value is not None and not 0.0 < value < math.inf:

@@ -15,7 +15,7 @@ import numpy as np
 from hazbot_gym.errors import DoubtfulRecording, InvalidInput
 from hazbot_gym.task.track_checks import doubts
 from hazbot_gym.task.track_description import Source, read_description
-from hazbot_gym.task.track_files import AS_FOUND, Options, read_tracks
+from hazbot_gym.task.track_files import AS_FOUND, Options, check_options, read_tracks
 from hazbot_gym.task.track_formats import ENDINGS, UnknownFormat, looks_like_table
 from hazbot_gym.task.tracks import Recording
 
@@ -59,6 +59,7 @@ def read_all(path: str | Path, options: Options = AS_FOUND) -> Found:
     Raises:
         InvalidInput: there is no such file or folder, or no recording in it.
     """
+    check_options(options)
     path = Path(path)
     files = find_recordings(path)
     found: dict[Path, Recording] = {}

@@ -19,6 +19,7 @@ Unit = Literal["m", "cm", "mm", "px"]
 MOST_BYTES = 256 << 20  # of a file: a reader needs about ten times as much memory
 LARGEST_WHOLE = 2**53  # ids and frames are read as float64
 LARGEST_POSITION = 1e9  # in any unit
+MOST_WALLS = 5000  # every step of a simulation looks at each of them
 NO_WALLS: Floats = np.zeros((0, 4))
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from hazbot_gym.core.state import Floats
 from hazbot_gym.errors import InvalidInput, MissingExtra
+from hazbot_gym.task.track_formats.table import MOST_WALLS
 
 
 def walls_of(name: str, areas: Sequence[object]) -> Floats:
@@ -35,6 +36,8 @@ def walls_of(name: str, areas: Sequence[object]) -> Floats:
         raise InvalidInput(f"{name}: geometry: {str(error).splitlines()[0]:.100}") from None
     walls = [np.hstack([line[:-1], line[1:]]) for line in lines]
     found = np.concatenate([np.zeros((0, 4)), *walls])
+    if len(found) > MOST_WALLS:
+        raise InvalidInput(f"{name}: geometry: {len(found)} walls, allowed are {MOST_WALLS}")
     if not np.isfinite(found).all():
         raise InvalidInput(f"{name}: geometry: a coordinate is not a finite number")
     return found

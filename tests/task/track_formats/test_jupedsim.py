@@ -104,3 +104,16 @@ def test_damaged_database_is_refused(tmp_path: Path) -> None:
 
     with pytest.raises(InvalidInput, match="walk.sqlite: is not a usable database"):
         read_table(path)
+
+
+def test_walls_beyond_all_bounds_are_refused(tmp_path: Path) -> None:
+    pytest.importorskip("shapely")
+    teeth = ", ".join(f"{k} {k % 2 + 1}" for k in range(5001))
+    path = changed(
+        written(tmp_path),
+        "CREATE TABLE geometry (wkt TEXT)",
+        f"INSERT INTO geometry VALUES ('POLYGON ((0 0, {teeth}, 5000 0, 0 0))')",
+    )
+
+    with pytest.raises(InvalidInput, match="geometry: 5003 walls, allowed are 5000"):
+        read_table(path)
