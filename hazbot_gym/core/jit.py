@@ -11,16 +11,29 @@ Three kinds of functions are used throughout the library:
 numba looks only at the kernel's own file to decide whether a cached binary is still valid, although
 the binary contains code of every formula that the kernel calls. Kernels are therefore stamped with
 the contents of every file that their own imports (``sources``).
+
+Binaries are kept where numba keeps them: in ``NUMBA_CACHE_DIR``, beside the package, or in the
+user's cache. Where none can be written, they are kept in a private folder among the system's
+temporary files, or else not at all. With ``NUMBA_DISABLE_JIT=1`` everything is plain Python, to be
+debugged; the numbers are the same, to rounding.
 """
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+import logging
+import multiprocessing
+import os
+import pickle
+import stat
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+import numpy as np
 from numba.extending import register_jitable
 
 from hazbot_gym.core import notice, sources
@@ -34,6 +47,8 @@ LANES = 16
 
 # Formulas are called by kernels alone, never through Python's or C's calling convention.
 _INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+_settings: Any = numba.config
 
 notice.install()
 
@@ -81,23 +96,111 @@ def _compile(function: Function, *, is_counting: bool) -> Function:
         "_nrt": is_counting,
         "no_cfunc_wrapper": True,
     }
-    compiled: Any = numba.njit(cache=True, **options)(function)
+    if _settings.DISABLE_JIT:
+        return cast(Function, functools.partial(_run_plain, function))
+    compiled: Any = _with_cache(function, options)
     # Private attributes of numba, held by tests/core/test_jit.py: numba has no public way to say
     # that a cached binary depends on other files besides its own.
-    cache = compiled._cache._cache_file
-    source = Path(compiled.py_func.__code__.co_filename)
-    stamp = sources.digest(PACKAGE, source) if source.is_relative_to(PACKAGE) else ""
-    cache._source_stamp = (cache._source_stamp, stamp)
-    cache._load_index = functools.partial(_load_index, cache._load_index)
+    cache = getattr(compiled._cache, "_cache_file", None)
+    if cache is not None:
+        source = Path(compiled.py_func.__code__.co_filename)
+        stamp = sources.digest(PACKAGE, source) if source.is_relative_to(PACKAGE) else ""
+        cache._source_stamp = (cache._source_stamp, stamp)
+        cache._load_index = functools.partial(_load_index, cache._load_index)
+        cache._load_data = functools.partial(_load_data, cache._load_data)
+        compiled._cache.save_overload = functools.partial(_save, compiled._cache.save_overload)
     return cast(Function, compiled)
 
 
-def _load_index(load: Callable[[], dict[Any, Any]]) -> dict[Any, Any]:
-    """Load what is cached; nothing, if another version left it whose classes are not there now.
+def _run_plain(function: Callable[..., Any], *arguments: Any) -> Any:
+    """Call a kernel as plain Python: records have attributes, and numbers behave as compiled."""
+    with np.errstate(all="ignore"):
+        return function(*(_with_attributes(each) for each in arguments))
 
-    numba looks at the stamp only after it has unpickled the types of the arguments.
+
+def _with_attributes(argument: Any) -> Any:
+    """Return arrays of records, also those in tuples, as arrays whose records have attributes."""
+    if isinstance(argument, np.ndarray) and argument.dtype.names:
+        return argument.view(np.recarray)
+    if isinstance(argument, tuple):
+        parts = [_with_attributes(each) for each in argument]
+        return type(argument)(*parts) if hasattr(argument, "_fields") else tuple(parts)
+    return argument
+
+
+def _with_cache(function: Any, options: dict[str, Any]) -> Any:
+    """Return a compiled function whose binary is kept where that is possible."""
+    for folder in (lambda: _settings.CACHE_DIR, _private_folder):
+        try:
+            with _caching_in(folder()):
+                return numba.njit(cache=True, **options)(function)
+        except RuntimeError as error:
+            if "no locator available" not in str(error):
+                raise
+    return numba.njit(**options)(function)
+
+
+@contextmanager
+def _caching_in(folder: str) -> Iterator[None]:
+    before = _settings.CACHE_DIR
+    _settings.CACHE_DIR = folder
+    try:
+        yield
+    finally:
+        _settings.CACHE_DIR = before
+
+
+@functools.cache
+def _private_folder() -> str:
+    """Return a folder that only this user can write, empty if there is none; say so once.
+
+    What is kept is unpickled when it is loaded, so nobody else may have written it.
     """
+    name = PACKAGE.name
+    message = f"{name}: no folder to keep compiled code in can be written, so each run compiles"
+    folder = ""
+    try:
+        path = Path(tempfile.gettempdir(), f"{name}-{os.getuid()}")
+        path.mkdir(mode=0o700, exist_ok=True)
+        found = path.lstat()
+        is_mine = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
+        if is_mine and not found.st_mode & 0o077:
+            folder = str(path)
+            message = f"{name}: compiled code is kept in {folder}, no better place can be written"
+    except OSError:
+        pass
+    if multiprocessing.parent_process() is None:  # workers need not repeat it
+        logging.getLogger(name).warning(f"{message}; NUMBA_CACHE_DIR names another")
+    return folder
+
+
+# What unpickling raises on a file that is damaged, or that another version left, whose classes are
+# not there now: numba looks at the stamp only after it has unpickled the types of the arguments.
+_UNUSABLE = (
+    AttributeError, EOFError, ImportError, IndexError, KeyError, MemoryError, OSError, TypeError,
+    ValueError, pickle.UnpicklingError,
+)  # fmt: skip
+
+
+def _load_index(load: Callable[[], dict[Any, Any]]) -> dict[Any, Any]:
+    """Return what is cached, nothing where that cannot be read."""
     try:
         return load()
-    except (ImportError, AttributeError):
+    except _UNUSABLE:
         return {}
+
+
+def _load_data(load: Callable[[str], Any], name: str) -> Any:
+    """Return a binary; numba compiles anew where the file is not there."""
+    try:
+        return load(name)
+    except _UNUSABLE as error:
+        raise FileNotFoundError(name) from error
+
+
+def _save(save: Callable[[Any, Any], None], signature: Any, binary: Any) -> None:
+    """Keep a binary, if the disk is not full: it works either way."""
+    try:
+        save(signature, binary)
+    except OSError:
+        return

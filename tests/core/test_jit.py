@@ -1,14 +1,20 @@
 from __future__ import annotations
 
+import errno
 import importlib
 import math
+import os
+import subprocess
 import sys
+import tempfile
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numba
 import numpy as np
 import pytest
+from numba.core import caching
 
 from hazbot_gym.core import jit, notice, sources
 from hazbot_gym.core.jit import kernel, lean_kernel, scalar
@@ -168,3 +174,119 @@ def test_a_cache_of_a_version_with_other_classes_is_passed_over(toy: Toy) -> Non
         noun = importlib.import_module(f"toy.{name}").Noun(3.0)
         assert importlib.import_module("toy.reader").read(noun) == 3.0
         (toy.root / f"{name}.py").unlink()
+
+
+@pytest.fixture
+def nowhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave numba no folder beside the package or in the user's cache, as for another user."""
+    monkeypatch.setattr(caching.CacheImpl, "_locator_classes", [caching.UserProvidedCacheLocator])
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+
+
+def runs(toy: Toy) -> ModuleType:
+    """Return the toy afresh after its kernel has run."""
+    module, values = toy.import_afresh(), np.zeros(1)
+    module.loop(values)
+    assert values[0] == 1.0
+    return module
+
+
+def test_without_a_writable_cache_binaries_are_kept_in_a_private_temporary_folder(
+    toy: Toy, nowhere: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: Any
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    for hits in (0, 1):
+        assert sum(runs(toy).loop.stats.cache_hits.values()) == hits
+    (folder,) = tmp_path.glob("toy-*")
+    assert folder.stat().st_mode & 0o777 == 0o700
+    said = [line for line in caplog.messages if str(folder) in line]
+    assert len(said) == 2  # one in each run
+    assert "NUMBA_CACHE_DIR" in said[0]
+    assert numba.config.CACHE_DIR == ""
+
+
+@pytest.mark.parametrize("trap", ["missing", "open", "link", "file"])
+def test_a_temporary_folder_that_others_could_write_is_not_used(
+    trap: str, toy: Toy, nowhere: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: Any
+) -> None:
+    folder = tmp_path / "temporary"
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    mine = folder / f"toy-{os.getuid()}"
+    if trap != "missing":
+        folder.mkdir()
+    if trap == "open":
+        mine.mkdir()
+        mine.chmod(0o777)
+    elif trap == "link":
+        (tmp_path / "of_another").mkdir(mode=0o700)
+        mine.symlink_to(tmp_path / "of_another")
+    elif trap == "file":
+        mine.write_text("")
+    runs(toy)
+    assert not list(tmp_path.rglob("*.nb?"))
+    assert any("so each run compiles" in line for line in caplog.messages)
+
+
+@pytest.mark.parametrize(
+    "damage", [lambda data: data[:9], lambda data: b"", lambda data: b"x" * 99]
+)
+@pytest.mark.parametrize("ending", ["nbi", "nbc"])
+def test_a_damaged_binary_is_compiled_anew(toy: Toy, ending: str, damage: Any) -> None:
+    runs(toy)
+    (file,) = toy.root.rglob(f"*.{ending}")
+    file.write_bytes(damage(file.read_bytes()))
+    assert sum(runs(toy).loop.stats.cache_hits.values()) == 0
+    assert sum(runs(toy).loop.stats.cache_hits.values()) == 1
+
+
+def test_a_full_disk_costs_the_binary_alone(toy: Toy, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: Any) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(caching.IndexDataCacheFile, "_save_data", full)
+    runs(toy)
+
+
+PLAIN = """
+import sys
+import gymnasium
+import numpy as np
+from hazbot_gym import policies
+from hazbot_gym.envs.vector import CorridorVectorEnv
+
+walker = {"x_m": 3.0, "y_m": 0.3, "vx_mps": -0.5, "vy_mps": 0.0}
+options = {"people": {"model": "scripted", "walkers": [walker]}, "place": sys.argv[1]}
+env = gymnasium.make("hazbot_gym/Corridor-v0", **options)
+worlds = CorridorVectorEnv(2, threads=1, **options)
+numbers, (seen, _) = [*env.reset(seed=3)[0]], worlds.reset(seed=3)
+numbers += seen.ravel().tolist()
+for _ in range(3):
+    observation, reward, *_ = env.step(np.float32([0.5]))
+    seen, rewards, *_ = worlds.step(np.full((2, 1), 0.5, np.float32))
+    numbers += [*observation, reward, *seen.ravel(), *rewards]
+for name in policies.names():
+    for given in (seen, np.ascontiguousarray(seen[:, :12])):
+        if name != "learned":
+            numbers += policies.make(name).predict(given)[0].ravel().tolist()
+print(*(float(number) for number in numbers))
+"""
+SHORT = "{name: short, walls: [[-2, 1.2, 4, 1.2]], path: {points: [[0, 0], [1, 0]]}}"
+
+
+@pytest.mark.slow
+def test_everything_runs_as_plain_python_with_the_same_numbers(tmp_path: Path) -> None:
+    """The way to step through a kernel with a debugger."""
+    place = tmp_path / "short.yaml"
+    place.write_text(SHORT)
+    numbers = [
+        subprocess.run(
+            [sys.executable, "-c", PLAIN, str(place)],
+            env={**os.environ, "NUMBA_DISABLE_JIT": disable},
+            check=True,
+            capture_output=True,
+            text=True,
+        ).stdout.split()
+        for disable in ("0", "1")
+    ]
+    assert len(numbers[0]) > 400
+    assert [float(x) for x in numbers[1]] == pytest.approx([float(x) for x in numbers[0]], abs=1e-6)
