@@ -23,6 +23,7 @@ from hazbot_gym.study.blinkers import Blinkers
 from hazbot_gym.study.dagger import BC, DAgger
 from hazbot_gym.study.imitation import teacher_of
 from hazbot_gym.study.lagrangian import PPOLagrangian
+from hazbot_gym.study.options import MOST, check_options
 from hazbot_gym.study.timed_critic import TimedCriticPolicy
 from hazbot_gym.study.train_config import PUPILS, TrainConfig, hidden_entries
 from hazbot_gym.study.training_envs import TrainingEnvs
@@ -49,13 +50,14 @@ def make_model(
     Raises:
         InvalidInput: The algorithm does not take these options or environments.
     """
+    kind = PPOLagrangian if config.lagrangian else ALGORITHMS[config.algorithm]
+    _check_options(config, kind)
     network = _blinkers(config) | config.network
     activation = network.pop("activation", "tanh")
-    if activation not in ACTIVATIONS:
+    if not isinstance(activation, str) or activation not in ACTIVATIONS:
         raise InvalidInput(
             f"network.activation: given {activation!r}, allowed are {', '.join(ACTIVATIONS)}"
         )
-    kind = PPOLagrangian if config.lagrangian else ALGORITHMS[config.algorithm]
     options = _options(config, envs, allowed)
     try:
         model: BaseAlgorithm = kind(
@@ -67,12 +69,25 @@ def make_model(
             device="cpu",
             **options,
         )
-    except (TypeError, ValueError, AssertionError) as error:
+    except (TypeError, ValueError, AssertionError, RuntimeError, MemoryError) as error:
         reason = str(error).split("__init__() ")[-1]
         raise InvalidInput(f"options: {config.algorithm} cannot use them: {reason}") from error
     if config.residual:
         _silence(model)
     return model
+
+
+def _check_options(config: TrainConfig, kind: type[BaseAlgorithm]) -> None:
+    check_options(config.options, kind, "options")
+    update = config.options.get("n_steps", 1) * config.worlds
+    if update > MOST:
+        raise InvalidInput(
+            f"options.n_steps: {update:,} decisions of {config.worlds} worlds, allowed are {MOST:,}"
+        )
+    policy = _policy_of(config)
+    policy = kind.policy_aliases[policy] if isinstance(policy, str) else policy
+    network = {name: value for name, value in config.network.items() if name != "activation"}
+    check_options(network, policy, "network")
 
 
 def _blinkers(config: TrainConfig) -> dict[str, Any]:

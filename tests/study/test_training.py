@@ -285,10 +285,13 @@ def test_a_policy_that_was_removed_and_cannot_be_written_again_is_told_in_one_li
 @pytest.mark.parametrize(
     ("changes", "complaint"),
     [
-        ({"options": {"n_stepz": 3}}, "^options: ppo cannot use them: .*'n_stepz'"),
+        ({"options": {"n_stepz": 3}}, "^options.n_stepz: unknown key, allowed are batch_size"),
         ({"options": {"batch_size": 1}}, "^options: ppo cannot use them: `batch_size` must be"),
         ({"network": {"activation": "elu"}}, "^network.activation: given 'elu', allowed are tanh"),
-        ({"algorithm": "dqn", "options": {}}, "^options: dqn cannot use them: .*Discrete"),
+        (
+            {"algorithm": "dqn", "options": {}, "network": {}},
+            "^options: dqn cannot use them: .*Discrete",
+        ),
         ({"env": "CartPole-v1"}, "CartPole-v1"),
         ({"overrides": {"tier": "radar"}}, "radar"),
         ({"env": ["hazbot_gym/Corridor-v0"] * 5}, "^worlds: given 4, allowed is 5 or more"),
