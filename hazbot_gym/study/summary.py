@@ -129,7 +129,8 @@ def summarise_one(rows: Sequence[Row], *, seed: int) -> dict[str, Any]:
     """Return the results of one policy in one set, as ``summarise`` gives them, from bare rows."""
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     (draws,) = crossed_draws(columns["scenario_set"], [1], np.random.default_rng(seed))
-    return {"episodes": len(rows), "metrics": _estimates(columns, draws, 0.95)}
+    metrics = _estimates(columns, draws, 0.95)
+    return {"episodes": len(rows), "training_seeds": 1, "metrics": metrics}
 
 
 def means(rows: Sequence[Row]) -> dict[str, float | None]:
