@@ -16,7 +16,13 @@ import numpy as np
 
 from hazbot_gym.core.state import Floats, Ints
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.task.track_checks import STILL_MPS, WALKING_MPS, median_speed, walking_speed
+from hazbot_gym.task.track_checks import (
+    SMALLEST_EXTENT_M,
+    STILL_MPS,
+    WALKING_MPS,
+    median_speed,
+    walking_speed,
+)
 from hazbot_gym.task.track_description import Description, Geometry, read_description
 from hazbot_gym.task.track_formats import Given, Table, read_table
 from hazbot_gym.task.track_formats.table import Unit
@@ -161,13 +167,15 @@ def _unit(path: Path, table: Table, known: _Known, speeds: Floats) -> tuple[Unit
     if unit is not None:
         return unit, _METRES[unit], unit_from
     low, high = WALKING_MPS
+    extent = float(np.ptp(table.positions, axis=0).max())
     for unit, metres in _METRES.items():
-        if low <= median_speed(speeds * metres) <= high:
+        is_walking = low <= median_speed(speeds * metres) <= high
+        if is_walking and extent * metres >= SMALLEST_EXTENT_M:
             return unit, metres, "guess: people walk"
     walked = ", ".join(f"{median_speed(speeds * m):.3g} m/s in {u}" for u, m in _METRES.items())
     raise InvalidInput(
-        f"{path.name}: unit not recognized: people would walk at {walked}; "
-        "fps is wrong, or give units"
+        f"{path.name}: unit not recognized: people would walk at {walked}, or all within "
+        f"{SMALLEST_EXTENT_M:g} m; fps or columns are wrong, or give units"
     )
 
 

@@ -11,7 +11,7 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.track_files import read_tracks
 from hazbot_gym.task.tracks import Corridor
 
-WALK = "frame,id,x,y\n" + "".join(f"{10 + k},1,{0.1 * k:.1f},0\n" for k in range(9))  # 1 m/s
+WALK = "frame,id,x,y\n" + "".join(f"{10 + k},1,{0.1 * k:.1f},0\n" for k in range(19))  # 1 m/s
 
 
 def written(folder: Path, text: str, name: str = "walk.csv", **description: Any) -> Path:
@@ -45,7 +45,7 @@ def test_description_gives_name_time_and_place(tmp_path: Path) -> None:
     assert recording.walls.tolist() == [[0, 1, 8, 1], [0, -1, 8, -1]]
     assert (recording.source, recording.licence) == ("a/b c0 d.txt", "CC0")
     assert recording.first_steps.tolist() == [0]
-    assert recording.positions[:, 0] == pytest.approx(0.1 * np.arange(9))
+    assert recording.positions[:, 0] == pytest.approx(0.1 * np.arange(19))
 
 
 def test_frame_rate_comes_from_argument_description_or_comment(tmp_path: Path) -> None:
@@ -69,14 +69,14 @@ def test_frames_that_are_left_out_for_all_make_a_longer_step(tmp_path: Path) -> 
 @pytest.mark.parametrize("how", ["magnitude", "description", "option", "comment"])
 def test_unit_is_recognised_or_told(tmp_path: Path, unit: str, how: str) -> None:
     scale = {"m": 1, "cm": 100, "mm": 1000}[unit]
-    rows = "".join(f"1 {k} {0.1 * k * scale} {scale}\n" for k in range(9))
+    rows = "".join(f"1 {k} {0.1 * k * scale} {scale}\n" for k in range(19))
     head = f"# id frame x/{unit} y/{unit}\n" if how == "comment" else ""
     description = {"units": unit} if how == "description" else {}
     path = written(tmp_path, head + rows, "walk.txt", **description)
 
     recording = read_tracks(path, fps=10, units=unit if how == "option" else None)
 
-    assert recording.positions[-1] == pytest.approx([0.8, 1.0])
+    assert recording.positions[-1] == pytest.approx([1.8, 1.0])
 
 
 def test_short_gap_is_filled_and_long_one_makes_two_people(tmp_path: Path) -> None:
