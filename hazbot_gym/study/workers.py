@@ -11,8 +11,29 @@ from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnContext
 
 from hazbot_gym.errors import HazbotError
+
+SAFE_PATH = "PYTHONSAFEPATH"
+
+
+@contextmanager
+def _safe_path() -> Iterator[None]:
+    """Keep the working folder off the search path of processes that Python starts.
+
+    Else its files would take the place of Python's own modules until a worker has its parent's
+    search path.
+    """
+    before = os.environ.get(SAFE_PATH)
+    os.environ[SAFE_PATH] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[SAFE_PATH]
+        else:
+            os.environ[SAFE_PATH] = before
 
 
 @contextmanager
@@ -25,7 +46,11 @@ def processes(count: int) -> Iterator[ProcessPoolExecutor]:
         HazbotError: One of them was ended from outside.
     """
     # Spawned processes start from nothing, the same way on every system.
-    spawn = multiprocessing.get_context("spawn")
+    with _safe_path():
+        yield from _processes(multiprocessing.get_context("spawn"), count)
+
+
+def _processes(spawn: SpawnContext, count: int) -> Iterator[ProcessPoolExecutor]:
     listening, alive = spawn.Pipe(duplex=False)
     pool = ProcessPoolExecutor(count, mp_context=spawn, initializer=_begin, initargs=(listening,))
     try:

@@ -1,7 +1,14 @@
 """Worker processes, whose parent may be killed at any moment."""
 
+import math
+import os
 import subprocess
 import sys
+from pathlib import Path
+
+import pytest
+
+from hazbot_gym.study import workers
 
 PARENT = """
 import os, time
@@ -29,6 +36,18 @@ if __name__ == "__main__":
     except KeyboardInterrupt:
         print("interrupted")
 """
+
+
+def test_no_file_of_the_working_folder_is_run_in_a_worker(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("pickle", "socket", "selectors"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('run from the working folder')\n")
+    monkeypatch.chdir(tmp_path)
+    before = dict(os.environ)
+    with workers.processes(1) as pool:
+        assert pool.submit(math.sqrt, 4.0).result() == 2.0
+    assert dict(os.environ) == before
 
 
 def test_an_interrupt_of_the_parent_alone_ends_its_workers() -> None:
