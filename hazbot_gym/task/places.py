@@ -20,6 +20,7 @@ from hazbot_gym.task.place_data import (
     Segment,
     build_place,
 )
+from hazbot_gym.task.wall_files import read_walls, wall_files
 from hazbot_gym.utils.yaml_loader import read_yaml
 
 CIRCLE_RADIUS_M = 3.431  # of the paper's circle: Table 3; the text says about 3.5 m
@@ -176,7 +177,8 @@ def load_place(name: str, options: Mapping[str, float] | None = None) -> Place:
         return build_place(_read_place(Path(name)))
     if name not in PLACES:
         allowed = ", ".join(PLACES)
-        raise InvalidInput(f"place: given {name!r}, allowed are {allowed} or a .yaml file")
+        hint = "; its path and walls are said in one" if name.lower().endswith(".wkt") else ""
+        raise InvalidInput(f"place: given {name!r}, allowed are {allowed} or a .yaml file{hint}")
     known = inspect.signature(PLACES[name]).parameters
     for option, value in (options or {}).items():
         if option not in known:
@@ -194,7 +196,11 @@ def load_place(name: str, options: Mapping[str, float] | None = None) -> Place:
 
 def place_files(name: str) -> list[Path]:
     """Return the files that a place is read from; none for a built-in place."""
-    return [Path(name)] if is_file(name) else []
+    if not is_file(name):
+        return []
+    path = Path(name)
+    walls = read_yaml(path, "place").get("walls")
+    return [path, *(wall_files(_beside(path, walls)) if isinstance(walls, str) else [])]
 
 
 def is_file(name: str) -> bool:
@@ -203,7 +209,26 @@ def is_file(name: str) -> bool:
 
 
 def _read_place(path: Path) -> PlaceData:
+    content = read_yaml(path, "place")
+    if "image" in content and "resolution" in content:
+        raise InvalidInput(
+            f"place {path}: given a map of map_server, which has no path: write a place file with "
+            f"'walls: {path.name}' and a path"
+        )
+    walls = content.get("walls")
     try:
-        return PlaceData.model_validate(read_yaml(path, "place"))
+        if isinstance(walls, str):
+            content["walls"] = read_walls(_beside(path, walls))
+        return PlaceData.model_validate(content)
     except ValidationError as error:
         raise InvalidInput(f"place {path}: {first_error(error, PlaceData)}") from error
+
+
+def _beside(path: Path, walls: str) -> Path:
+    """Return the file of walls that a place file names."""
+    if Path(walls).suffix.lower() not in (".wkt", ".yaml", ".yml"):
+        raise InvalidInput(
+            f"place {path}: walls: given {walls!r}, allowed are a list of walls, a .wkt file or "
+            "the .yaml file of a map"
+        )
+    return path.parent / walls

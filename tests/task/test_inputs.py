@@ -18,6 +18,7 @@ def test_built_in_places_and_the_synthetic_recording_read_no_file() -> None:
 
 def test_a_place_file_is_an_input(tmp_path: Path) -> None:
     place = tmp_path / "lab.yaml"
+    place.write_text("name: lab\npath: {points: [[0, 0], [9, 0]]}\n")
     assert input_files(make_config(place=str(place))) == [place]
 
 
