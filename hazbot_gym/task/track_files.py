@@ -33,7 +33,8 @@ _METRES: dict[Unit, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 LONGEST_GAP_S = 0.5  # whoever is lost for longer is another person afterwards
 FASTEST_MPS = 5.0  # nobody walks faster; when many do, the unit or the frame rate is wrong
 MOST_STEPS = 10_000_000  # of a recording, from its first to its last
-MOST_FILLED = 16  # steps for one sighting, on average: people seen every 0.5 s at 30 Hz
+MOST_FILLED = 16  # steps for one sighting, on average: people seen every 0.5 s at 30 Hz,
+ALWAYS_FILLED = 1_000_000  # or so many in all
 
 
 class Options(NamedTuple):
@@ -217,7 +218,7 @@ def _record(path: Path, table: Table, reading: Reading, described: Description) 
     starts = np.flatnonzero(np.append(True, is_new))
     ends = np.append(starts[1:], len(steps)) - 1
     lengths = steps[ends] - steps[starts] + 1
-    if lengths.sum() > MOST_FILLED * len(steps):
+    if lengths.sum() > max(MOST_FILLED * len(steps), ALWAYS_FILLED):
         raise InvalidInput(
             f"{path.name}: {len(steps)} sightings would become {lengths.sum()}: frames have no "
             f"step in common but {frame_step}; put them on a clock, or name a column of time"

@@ -54,6 +54,16 @@ def test_no_recording_of_a_folder_is_missing_and_each_has_its_own_name(tmp_path:
     assert found.faults == []
 
 
+def test_texts_of_other_formats_are_found_as_well(tmp_path: Path) -> None:
+    rows = "".join(f"2020-01-01T00:00:0{k}Z p1 {k} 0\n" for k in range(9))
+    written(tmp_path, "time track x y\n" + rows, "walk.txt")
+    written(tmp_path, '{"track": {"f": 0, "p": 1, "x": 0, "y": 0}}\n', "ndjson.txt")
+    written(tmp_path, "This is no table of 4 columns.\n", "README.txt")
+
+    assert [path.name for path in find_recordings(tmp_path)] == ["ndjson.txt", "walk.txt"]
+    assert read_all(tmp_path / "walk.txt").recordings[0].dt_s == 1.0
+
+
 def test_names_in_descriptions_are_told_apart_as_well(tmp_path: Path) -> None:
     for name, text in (("a.csv", NAMED), ("b.csv", FASTER)):
         written(tmp_path, text, name).with_suffix(".json").write_text('{"name": "plaza"}')

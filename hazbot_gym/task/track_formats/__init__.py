@@ -7,6 +7,7 @@ recognized by its first bytes, whatever its ending.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from hazbot_gym.errors import InvalidInput
@@ -15,6 +16,7 @@ from hazbot_gym.task.track_formats.layout import FEWEST_CELLS, is_number, layout
 from hazbot_gym.task.track_formats.table import NOTHING, Given, Table, UnknownFormat
 
 ENDINGS = (".csv", ".tsv", ".txt", ".ndjson", ".sqlite", ".sqlite3", ".db", ".h5", ".hdf5")
+FEWEST_NUMBERS = 2  # of a row: x and y
 _BINARY = ((b"SQLite format 3\0", jupedsim.read), (b"\x89HDF\r\n\x1a\n", juelich.read))
 
 
@@ -30,14 +32,7 @@ def read_table(path: Path, given: Given = NOTHING) -> Table:
         InvalidInput: the file is missing or malformed.
         MissingExtra: its reader needs a package that is not installed.
     """
-    try:
-        with path.open("rb") as file:
-            start = file.read(4096)
-    except OSError as error:
-        raise InvalidInput(f"{path}: cannot be read ({error.strerror})") from None
-    reader = next((read for magic, read in _BINARY if start.startswith(magic)), None)
-    if reader is None and start.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"{"):
-        reader = trajnet.read
+    reader = _reader(path)
     if reader is None:
         return text.read(path, given)
     if given.columns is not None:
@@ -46,13 +41,27 @@ def read_table(path: Path, given: Given = NOTHING) -> Table:
 
 
 def looks_like_table(path: Path) -> bool:
-    """Tell whether a text has rows of at least four cells, all but one of them numbers."""
+    """Tell whether a file may be read: as a table, its rows must have cells with numbers."""
     try:
-        row = layout_of(path, at_most=1 << 16)
+        if _reader(path) is not None:
+            return True
+        layout = layout_of(path, at_most=1 << 16)
     except InvalidInput:
         return False
-    numbers = sum(is_number(cell, row.decimal) for cell in row.row)
-    return len(row.row) >= FEWEST_CELLS and numbers >= FEWEST_CELLS - 1
+    numbers = sum(is_number(cell, layout.decimal) for cell in layout.row)
+    return len(layout.row) >= FEWEST_CELLS and numbers >= FEWEST_NUMBERS
+
+
+def _reader(path: Path) -> Callable[[Path], Table] | None:
+    """Return the reader that a file's first bytes call for, None for text."""
+    try:
+        with path.open("rb") as file:
+            start = file.read(4096)
+    except OSError as error:
+        raise InvalidInput(f"{path}: cannot be read ({error.strerror})") from None
+    if start.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"{"):
+        return trajnet.read
+    return next((read for magic, read in _BINARY if start.startswith(magic)), None)
 
 
 __all__ = ["ENDINGS", "Given", "Table", "UnknownFormat", "looks_like_table", "read_table"]
