@@ -103,7 +103,7 @@ def train(
     teacher = None
     if config.imitation and config.algorithm not in PUPILS:
         teacher = teacher_of(config.imitation, envs, allowed)
-    with sole_use(out):
+    with sole_use(out), disk_errors_told_once():
         if not (out / MANIFEST).exists():
             write_json(out / MANIFEST, {**manifest(config), "inputs": read})
         return _run(config, out, model, teacher, resume=resume, console=console)
@@ -125,8 +125,7 @@ def _run(
     try:
         if left > 0:
             is_new = model.num_timesteps == 0
-            with disk_errors_told_once():
-                model.learn(left, callbacks, log_interval=None, reset_num_timesteps=is_new)
+            model.learn(left, callbacks, log_interval=None, reset_num_timesteps=is_new)
         else:
             stretches.conclude(model)  # its file may have been removed
     finally:

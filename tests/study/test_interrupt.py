@@ -1,0 +1,38 @@
+"""Ctrl-C, or an interrupt of the main process alone: one line says how to go on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from hazbot_gym.cli import app
+from hazbot_gym.study import comparison, tuning
+
+
+def interrupt(*_: object, **__: object) -> None:
+    raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize(
+    ("command", "how"),
+    [
+        ("study", "hazbot: interrupted; run the same command again to go on\n"),
+        ("tune --policy ttc", "hazbot: interrupted; run the same command again to go on\n"),
+        ("train", "hazbot: interrupted; run it again with --resume to go on\n"),
+        ("eval --policy ttc", "hazbot: interrupted\n"),
+    ],
+)
+def test_an_interrupted_command_says_how_to_go_on(
+    command: str, how: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from hazbot_gym.study import rollout, training
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(comparison, "run_study", interrupt)
+    monkeypatch.setattr(tuning, "tune", interrupt)
+    monkeypatch.setattr(training, "train", interrupt)
+    monkeypatch.setattr(rollout, "evaluate", interrupt)
+    result = CliRunner().invoke(app, command.split())
+    assert (result.exit_code, result.stderr) == (130, how)
