@@ -15,6 +15,7 @@ from hazbot_gym.task.track_formats.table import MOST_BYTES, UnknownFormat
 
 FEWEST_CELLS = 4
 _MOST_CELLS, _LONGEST_LINE = 1000, 1 << 16
+_LONGEST_NUMBER = 400  # characters: those of 1e308 without an exponent, and some
 _SAMPLE_ROWS = 1000
 _BLANKS = re.compile(rb"^[ \t]+(?=#|$)", re.MULTILINE)  # before comments, and in empty lines
 _BEFORE_COMMENT = re.compile(r'(?:[^"#]|"[^"]*")*')
@@ -98,8 +99,9 @@ def layout_of(path: Path, at_most: int | None = None) -> Layout:
 
 def is_number(cell: str, decimal: str = ".") -> bool:
     """Tell whether a cell is a number, which NaN and infinity count as."""
-    is_mixed = decimal == "," and "." in cell
-    return not is_mixed and bool(_NUMBER.match(cell.strip().replace(decimal, ".")))
+    if len(cell) > _LONGEST_NUMBER or (decimal == "," and "." in cell):
+        return False
+    return bool(_NUMBER.match(cell.strip().replace(decimal, ".")))
 
 
 def bare(line: str) -> str:

@@ -70,7 +70,7 @@ class Roles(NamedTuple):
 
 def column(name: str) -> Column:
     """Return what the name of a column tells: ``x/cm``, ``pos_x [m]``, ``timestamp_ms``."""
-    name = name.strip().strip("\"'").strip()
+    name = " ".join(name.strip("\"' \t").split())
     ours = _OURS.get(_bare(name), "")
     found = _UNIT.search(name)
     if ours or not found:

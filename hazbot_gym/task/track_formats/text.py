@@ -126,6 +126,7 @@ def _names(line: str) -> list[str]:
     """Return the names in a line; blanks before a unit, as in ``x [m]``, separate nothing."""
     mark = next((mark for mark in ";\t," if mark in line), None)
     if mark is None:
+        line = " ".join(line.split())
         line = re.sub(r"\s*([/\[(])\s*(\w+)(\s*[\])])?", r"\1\2\3", line)
     return cells_of(line, mark)
 
@@ -211,7 +212,7 @@ def _rate(layout: Layout) -> float | None:
     Raises:
         InvalidInput: they tell two.
     """
-    lines = [*layout.comments, layout.header or ""]
+    lines = [" ".join(line.split()) for line in (*layout.comments, layout.header or "")]
     found = {
         float(match[1].replace(",", "."))
         for pattern in _RATES
@@ -232,7 +233,7 @@ def _unit(layout: Layout, named: _Named) -> tuple[Unit | None, str]:
         return "px", "format"
     for pattern in _UNITS:
         for line in layout.comments:
-            found = pattern.search(line)
+            found = pattern.search(" ".join(line.split()))
             if found:
                 return length_unit(found[1]), "comment"
     return None, ""

@@ -33,7 +33,7 @@ def walls_of(name: str, areas: Sequence[object]) -> Floats:
             edges = shapely.boundary(shapely.union_all(shapely.from_wkt(list(areas))))
         lines = [shapely.get_coordinates(line) for line in shapely.get_parts(edges)]
     except (shapely.errors.ShapelyError, TypeError, ValueError) as error:
-        raise InvalidInput(f"{name}: geometry: {str(error).splitlines()[0]:.100}") from None
+        raise InvalidInput(f"{name}: geometry: {' '.join(str(error).split()):.100}") from None
     walls = [np.hstack([line[:-1], line[1:]]) for line in lines]
     found = np.concatenate([np.zeros((0, 4)), *walls])
     if len(found) > MOST_WALLS:

@@ -74,7 +74,7 @@ def test_every_fault_is_one_line(tmp_path: Path) -> None:
         read_table(written(tmp_path, fps="fast"))
     with pytest.raises(InvalidInput, match="trajectory: a value is not a number"):
         read_table(written(tmp_path, fps=[1.0, 2.0]))
-    for area in ("POLYGON ((0 0, 1", "POINT (1 2", "", "POLYGON ((0 0, 1 0, 1 nan, 0 0))"):
+    for area in ("POLYGON ((0 0, 1", "POINT (1 2", "", "\\0", "POLYGON ((0 0, 1 0, 1 nan, 0 0))"):
         with pytest.raises(InvalidInput, match="walk.h5: geometry: "):
             read_table(written(tmp_path, fps=16.0, area=area))
     path = written(tmp_path, fps=16.0)

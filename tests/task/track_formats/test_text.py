@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 
 import pytest
@@ -233,3 +234,18 @@ def test_drone_annotations_with_names_are_the_same(tmp_path: Path) -> None:
     rows = "0,100,200,140,260,0,0,0,0,Pedestrian\n0,100,200,140,260,1,0,0,0,Pedestrian\n"
 
     assert read(tmp_path, head + rows).positions.tolist() == [[120.0, 230.0]] * 2
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "# fps" + " " * 100_000 + "x\nframe,id,x,y\n0,1,2,3\n",
+        "frame,id,x,y" + " " * 50_000 + "km\n0,1,2,3\n",
+        "frame id x y" + " " * 50_000 + "(\n0 1 2 3\n",
+        "frame,id,x,y\n0,1,2,3\n1,1," + "1" * 100_000 + "x,3\n",
+        "1 0 1 2\n1 1 1 " + "1" * 100_000 + "x\n",
+    ],
+)
+def test_long_lines_do_not_hang(tmp_path: Path, text: str) -> None:
+    with contextlib.suppress(InvalidInput):
+        assert read(tmp_path, text).frames.tolist() == [0]
