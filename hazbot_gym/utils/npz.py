@@ -58,7 +58,7 @@ def read_arrays(path: Path, kinds: str) -> dict[str, npt.NDArray[Any]]:
     except Unreadable:
         raise
     except _DAMAGE as error:
-        raise Unreadable("it is damaged") from error
+        raise Unreadable("its zip cannot be unpacked") from error
 
 
 def _arrays(archive: zipfile.ZipFile, kinds: str) -> dict[str, npt.NDArray[Any]]:
