@@ -16,7 +16,7 @@ from typing import Annotated, Any, Literal
 from annotated_types import Ge, Gt, Le, Lt, MinLen
 from pydantic import AfterValidator, Field, ValidationError, field_serializer, field_validator
 
-from hazbot_gym.config import Loose, Section, first_error
+from hazbot_gym.config import Loose, Section, first_error, make_config
 from hazbot_gym.envs.registration import NAMESPACE, full_id
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.knobs import sweep
@@ -297,6 +297,8 @@ def load_study(path: Path | str | None = None, **changes: Any) -> StudyConfig:
         study = StudyConfig.model_validate(values)
     except ValidationError as error:
         raise InvalidInput(first_error(error)) from error
+    trial = dict(study.trial_overrides)
+    make_config(trial.pop("config", None), **trial)  # complains now, before a folder is written
     if study.reference_policy not in study.names:
         allowed = ", ".join(study.names)
         raise InvalidInput(f"reference: given {study.reference!r}, allowed are {allowed}")

@@ -72,6 +72,7 @@ def test_equal_values_are_the_same_study_and_every_change_makes_another(tmp_path
         ({"ssm": {"braking_mps2": "1"}}, "ssm.braking_mps2: given '1'", "valid number"),
         ({"ssm": {"reaction_s": 1e300}}, "ssm.reaction_s: given 1e+300", "sizes of"),
         ({"learners": [{"name": "a", "config": "a", "seeds": 10**6}]}, "seeds: given", "1000"),
+        ({"trial_overrides": {"tear": "sonar"}}, "tear: unknown key", "tier"),
         ({"policies": [1]}, "policies.0: given 1", "valid string"),
         (
             {"sets": [{"name": "x", "env": "Circle-v0", "overrides": None}]},
