@@ -80,7 +80,8 @@ class CorridorVecEnv(VecEnv):
             given = {"config": self._singles.config, "render_mode": self._singles.render_mode}
             num_envs, arguments = len(num_envs), {**given, **arguments}
         elif id is not None:
-            horizon = {"max_episode_steps": spec.max_episode_steps}
+            limit = spec.max_episode_steps  # of a user's own id; ours leave it to the config
+            horizon = {"max_episode_steps": limit} if limit else {}
             arguments = {**spec.kwargs, **horizon, **arguments}
         self.worlds = CorridorVectorEnv(
             num_envs, autoreset_mode=AutoresetMode.SAME_STEP, **arguments
