@@ -188,8 +188,10 @@ def make(spec: str, *, allow_pickle: bool = False, allow_code: bool = True) -> P
             "it, allow that with --allow-code on the command line, or allow_code=True in Python"
         )
     found = own_module.load(spec)
-    is_maker = callable(found) and not _is_policy(found)
-    policy = own_module.called(f"making {spec!r}", found) if is_maker else found
+    policy = found
+    if callable(found) and not _is_policy(found):
+        with own_module.working_folder():
+            policy = own_module.called(f"making {spec!r}", found)
     if not _is_policy(policy):
         raise InvalidInput(f"policy: {spec!r} has no predict(observation, state, ...) method")
     return policy  # type: ignore[no-any-return]

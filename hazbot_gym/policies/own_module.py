@@ -1,8 +1,8 @@
 """Policies of the user's own, ``module:attribute``, from what is installed or the working folder.
 
-The working folder is last on the search path, and only while such a module is imported. So no file
-there takes the place of a module of the library or of another package, and a module of the user is
-to import at its top what it needs from there.
+The working folder is last on the search path, and only while such a module is imported and its
+policy is made. So no file there takes the place of a module of the library or of another package,
+and a policy of the user is to import what it needs from there before its first ``predict``.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def load(spec: str) -> Any:
     """
     module_name, _, attribute = spec.partition(":")
     _refuse_two_of_one_name(spec, module_name.partition(".")[0])
-    with _working_folder():
+    with working_folder():
         module = called(f"importing {module_name!r}", lambda: _import(spec, module_name))
     try:
         return operator.attrgetter(attribute)(module)
@@ -73,7 +73,7 @@ def _import(spec: str, name: str) -> Any:
 
 
 @contextmanager
-def _working_folder() -> Iterator[None]:
+def working_folder() -> Iterator[None]:
     """Put the working folder last on the search path for a while, if it is not on it."""
     here = str(Path.cwd())
     if here in sys.path or "" in sys.path:

@@ -56,7 +56,9 @@ def _preset(name: str) -> ScenarioSet:
 
 
 def _paper(name: str) -> ScenarioSet:
-    return ScenarioSet(name=name, env=f"{NAMESPACE}/Corridor-v0", overrides={"scenario": name})
+    """Return a geometry of the paper: one scenario, without noise, the same in every episode."""
+    overrides = {"scenario": name}
+    return ScenarioSet(name=name, env=f"{NAMESPACE}/Corridor-v0", overrides=overrides, episodes=1)
 
 
 PAPER_SETS = tuple(_paper(name) for name in ("E*", "E5.5", "C*", "C90"))

@@ -21,7 +21,7 @@ from hazbot_gym.study.inputs import Stamps
 CODE = Permissions(allow_code=True)
 STUDY = load_study(
     policies=["constant:1.0", "constant:0.5"],
-    sets=["E*", "Crossing"],
+    sets=["Encountering", "Crossing"],
     episodes=3,
     episodes_per_shard=2,
     resamples=100,
@@ -85,7 +85,7 @@ def test_a_study_leaves_one_row_an_episode_in_a_fixed_order(parallel: Path) -> N
     found = list(rows[["scenario_set", "policy", "episode"]].itertuples(index=False, name=None))
     assert found == [
         (scenarios, policy, episode)
-        for scenarios in ("E*", "Crossing")
+        for scenarios in ("Encountering", "Crossing")
         for policy in STUDY.policies
         for episode in range(3)
     ]
@@ -112,7 +112,7 @@ def test_a_manifest_says_where_the_numbers_come_from(parallel: Path) -> None:
     manifest = files.read_json(parallel / records.MANIFEST)
     assert manifest["study"] == STUDY.identity()
     assert StudyConfig.model_validate(manifest["config"]) == STUDY
-    assert manifest["environments"]["E*"]["people"]["model"] == "scripted"
+    assert manifest["environments"]["Encountering"]["people"]["model"] == "social_force"
     assert manifest["versions"]["gymnasium"]
     assert manifest["started"].endswith("+00:00")
 
@@ -136,7 +136,7 @@ def test_the_batched_engine_gives_the_same_rows(parallel: Path, tmp_path: Path) 
 def test_a_single_shard_runs_in_this_process_on_threads(
     inline: type[InlinePool], tmp_path: Path
 ) -> None:
-    study = load_study(policies=["constant:1.0"], sets=["E*"], episodes=40, resamples=100)
+    study = load_study(policies=["constant:1.0"], sets=["Encountering"], episodes=40, resamples=100)
     for count in (1, 2):
         run_study(study, tmp_path / str(count), workers=count)
     one, two = (contents(tmp_path / str(count)) for count in (1, 2))
@@ -231,7 +231,7 @@ def test_an_edited_policy_of_ones_own_is_run_again_and_no_other(
     monkeypatch.syspath_prepend(tmp_path)
     study = load_study(
         policies=["constant:1.0", "my_policy_under_test:Mine"],
-        sets=["E*"],
+        sets=["Encountering"],
         episodes=2,
         episodes_per_shard=1,
     )
@@ -249,7 +249,7 @@ def test_an_edited_place_is_run_again_and_no_other_set(
     text = "{name: lab, walls: [[-2, 1.2, 14, 1.2]], path: {points: [[0, 0], [12, 0]]}}"
     place.write_text(text)
     sets = [{"name": "lab", "env": "hazbot_gym/Corridor-v0", "overrides": {"place": str(place)}}]
-    study = load_study(policies=["constant:1.0"], sets=["E*", *sets], episodes=2)
+    study = load_study(policies=["constant:1.0"], sets=["Encountering", *sets], episodes=2)
     run_study(study, tmp_path / "out", workers=1)
     before = pd.read_parquet(tmp_path / "out" / records.EPISODES)
     place.write_text(text.replace("12", "9"))

@@ -177,3 +177,10 @@ def test_an_override_that_makes_no_sense_is_one_line(changes: list[str]) -> None
     with pytest.raises(InvalidInput, match="set: ") as raised:
         parse_overrides(changes)
     assert "\n" not in str(raised.value)
+
+
+def test_a_geometry_of_the_paper_is_one_scenario_and_counts_as_one() -> None:
+    """Repeated it would be the same drive again: intervals of no width, p-values of nothing."""
+    study = load_study(sets=["E*", "Crossing"], episodes=25)
+
+    assert [study.episodes_in(each) for each in study.all_sets] == [1, 25]
