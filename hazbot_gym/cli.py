@@ -84,8 +84,7 @@ def _one_line_errors() -> Iterator[None]:
         if error.errno not in _UNUSABLE:
             raise
         message = f"{error.filename!r}: {error.strerror}" if error.filename else str(error.strerror)
-    line = "".join(letter if letter.isprintable() else "?" for letter in " ".join(message.split()))
-    typer.echo(f"hazbot: {line}", err=True)
+    typer.echo(f"hazbot: {terminal.one_line(message)}", err=True)
     raise typer.Exit(2)
 
 
@@ -111,6 +110,7 @@ def main() -> None:
     """Run the command line."""
     for stream in (sys.stdout, sys.stderr):
         terminal.tolerate(stream)
+    terminal.warn_in_one_line()
     app(prog_name="hazbot")
 
 

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from hazbot_gym.study.headline import headline, scenarios_of
 from hazbot_gym.study.summary import Summary
-from hazbot_gym.utils.terminal import FittedTable
+from hazbot_gym.utils.terminal import FittedTable, printable
 
 
 class Column(NamedTuple):
@@ -58,7 +58,8 @@ def study_tables(summary: Summary, *, is_verbose: bool = False) -> Group:
     if len(first.sets) > 1:
         note += f" Pooled in {first.name!r}: {', '.join(first.sets)}."
     return Group(
-        *(set_table(name, block) for name, block in shown.items()), Text(note, style="dim")
+        *(set_table(name, block) for name, block in shown.items()),
+        Text(printable(note), style="dim"),
     )
 
 

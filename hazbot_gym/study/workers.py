@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import signal
 import threading
+import warnings
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -13,7 +14,7 @@ from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnContext
 
-from hazbot_gym.errors import HazbotError
+from hazbot_gym.errors import DoubtfulPlace, DoubtfulRecording, HazbotError
 
 SAFE_PATH = "PYTHONSAFEPATH"
 
@@ -70,8 +71,11 @@ def _begin(listening: Connection) -> None:
     """Let Ctrl-C end a worker quietly, and the end of its parent, or of its pool, at once.
 
     A parent that is killed cannot tell its workers, but the system closes its end of the pipe. Left
-    alone they would finish what they are at, beside those of the run that goes on.
+    alone they would finish what they are at, beside those of the run that goes on. Doubts about
+    places and recordings were said by the parent, which checked them.
     """
+    for said in (DoubtfulPlace, DoubtfulRecording):
+        warnings.simplefilter("ignore", said)
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     threading.Thread(target=_end_with, args=(listening,), daemon=True).start()
 

@@ -1,7 +1,8 @@
 """Consoles for results and progress, and tables that fit their width.
 
 Text is printed as it stands: brackets and colons in a name are never read as rich's markup. A
-character that the output's encoding lacks is replaced by its nearest ASCII letter, or by ``?``.
+character that the output's encoding lacks is replaced by its nearest ASCII letter, or by ``?``; one
+that controls the terminal, or turns the direction of writing, always by ``?``.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import dataclasses
 import io
 import sys
 import unicodedata
+import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, TextIO
 
@@ -27,6 +29,8 @@ from rich.progress import (
 )
 from rich.table import Column, Table
 from rich.text import Text
+
+from hazbot_gym.errors import DoubtfulPlace, DoubtfulRecording
 
 PIPED_WIDTH = 120  # columns of output that goes into a file or another program
 _LEAST_FOLDED = 12  # columns that a text which may break anywhere is left with
@@ -60,6 +64,30 @@ def progress_bar(console: Console, *columns: ProgressColumn) -> Progress:
 def plain_column(template: str) -> TextColumn:
     """Return a column of a progress bar whose text is no markup."""
     return TextColumn(template, markup=False)
+
+
+def printable(text: str) -> str:
+    """Return a text in which nothing but line breaks and tabs controls the terminal."""
+    return "".join(each if each.isprintable() or each in "\n\t" else "?" for each in text)
+
+
+def one_line(text: str) -> str:
+    """Return a text of any origin as a single line that controls nothing."""
+    return printable(" ".join(text.split()))
+
+
+def warn_in_one_line() -> None:
+    """Let doubts about a user's files be a line on stderr each, said once; others as ever."""
+    usual, said = warnings.showwarning, set[str]()
+
+    def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
+        if not issubclass(category, DoubtfulPlace | DoubtfulRecording):
+            usual(message, category, *where, **more)
+        elif str(message) not in said:
+            said.add(str(message))
+            print(f"hazbot: warning: {one_line(str(message))}", file=sys.stderr)
+
+    warnings.showwarning = show
 
 
 def tolerate(stream: TextIO) -> None:
@@ -105,7 +133,7 @@ class FittedTable(Table):
                 column.overflow, column.no_wrap = "fold", False
         yield from Table.__rich_console__(shown, console, options)
         if left_out:
-            yield Text(f"Too narrow to show: {', '.join(left_out)}.", style="dim")
+            yield Text(printable(f"Too narrow to show: {', '.join(left_out)}."), style="dim")
 
     def _spare_columns(self) -> Iterable[Column]:
         if self.spare is None:
@@ -149,9 +177,16 @@ def _widths(room: int, needs: Sequence[Measurement]) -> list[int]:
     return widths
 
 
+class _SafeConsole(Console):
+    """A console on which no text controls the terminal."""
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        return super().render_str(printable(text), **options)
+
+
 def _console(stream: TextIO, width: int | None) -> Console:
     tolerate(stream)
-    console = Console(file=stream, width=width, markup=False, emoji=False)
+    console = _SafeConsole(file=stream, width=width, markup=False, emoji=False)
     if not console.width:  # COLUMNS=0
         console.width = PIPED_WIDTH
     return console

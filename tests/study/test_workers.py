@@ -50,6 +50,24 @@ def test_no_file_of_the_working_folder_is_run_in_a_worker(
     assert dict(os.environ) == before
 
 
+WARNS = """
+import warnings
+from hazbot_gym.errors import DoubtfulPlace
+from hazbot_gym.study.workers import processes
+
+if __name__ == "__main__":
+    with processes(1) as pool:
+        pool.submit(warnings.warn, "too narrow", DoubtfulPlace).result()
+        pool.submit(warnings.warn, "another", UserWarning).result()
+"""
+
+
+def test_doubts_that_the_parent_has_said_are_not_said_by_workers() -> None:
+    done = subprocess.run([sys.executable, "-c", WARNS], capture_output=True, text=True)
+    assert "too narrow" not in done.stderr
+    assert "another" in done.stderr
+
+
 def test_an_interrupt_of_the_parent_alone_ends_its_workers() -> None:
     command = [sys.executable, "-c", INTERRUPTED]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)

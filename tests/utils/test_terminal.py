@@ -59,6 +59,38 @@ def test_brackets_and_colons_of_a_name_are_printed_as_they_stand(name: str) -> N
     assert printed(made, width=80).count(name) == 2
 
 
+@pytest.mark.parametrize(
+    "name", ["a\x1b[31mb", "a\x1b]0;title\x07b", "a\u202eb", "a\x9b2Jb", "a\rb"]
+)
+def test_no_name_controls_the_terminal(name: str) -> None:
+    made = FittedTable(Column(name), title=name, box=None)
+    made.add_row(name)
+    shown = printed(name, made, width=80)
+
+    assert shown.replace("\n", "").isprintable()
+    assert shown.count("a?") == 4
+
+
+SAYS_TWICE = """
+import sys, warnings
+from hazbot_gym.errors import DoubtfulPlace
+from hazbot_gym.utils import terminal
+terminal.warn_in_one_line()
+for _ in range(2):
+    warnings.warn("my\\n\x1b[31mlab: too narrow", DoubtfulPlace)
+    warnings.simplefilter("always")
+warnings.warn("another")
+"""
+
+
+def test_a_doubt_is_one_line_and_said_once() -> None:
+    done = subprocess.run([sys.executable, "-c", SAYS_TWICE], capture_output=True, text=True)
+
+    first, second, *_ = done.stderr.splitlines()
+    assert first == "hazbot: warning: my ?[31mlab: too narrow"
+    assert second.endswith("UserWarning: another")
+
+
 def test_a_table_shows_everything_where_there_is_room() -> None:
     shown = printed(table(), width=120)
 
