@@ -11,7 +11,7 @@ from hazbot_gym.task.track_files import AS_FOUND, Options
 from hazbot_gym.task.track_folders import copies, find_recordings, read_all
 from hazbot_gym.task.track_statistics import Statistics, statistics
 from hazbot_gym.task.tracks import Recording
-from hazbot_gym.utils.terminal import FittedTable
+from hazbot_gym.utils.terminal import FittedTable, one_line
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -54,7 +54,7 @@ def _reading(recording: Recording) -> str:
 
 
 def _print(console: Console, line: str, style: str = "") -> None:
-    console.print(line, style=style, highlight=False, soft_wrap=True)
+    console.print(one_line(line), style=style, highlight=False, soft_wrap=True)
 
 
 def _descriptions_without_tables(path: Path) -> list[Path]:

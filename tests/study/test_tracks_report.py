@@ -67,6 +67,12 @@ def test_jumping_tracks_and_lone_descriptions_are_remarked_on(tmp_path: Path) ->
     assert "note: lone.json describes no table beside it" in text
 
 
+def test_a_name_of_a_file_is_on_one_line(tmp_path: Path) -> None:
+    (tmp_path / "a\nwarning: b\x1b[2J.txt").write_text(GOOD)
+
+    assert "\na warning: b?[2J: read as" in printed(tmp_path / "a\nwarning: b\x1b[2J.txt")
+
+
 def test_options_are_used_and_said(tmp_path: Path) -> None:
     (tmp_path / "first.txt").write_text(GOOD)
     out = io.StringIO()
