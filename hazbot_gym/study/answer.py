@@ -1,7 +1,8 @@
 """The answer of a study in one sentence: when is a learned policy better than the reference?
 
 A policy is better in a scenario set where the interval of its paired gain in return lies above 0,
-and worse where it lies below 0. Of several learned policies the one that earns most is compared.
+and worse where it lies below 0; all other sets, such as those of a single scenario, are undecided.
+Of several learned policies the one that earns most is compared, and called the best of them.
 """
 
 from __future__ import annotations
@@ -36,8 +37,11 @@ def answer(summary: Mapping[str, Any], study: StudyConfig) -> str:
     interval = "no interval from a single scenario"
     if gain["low"] is not None:
         interval = f"{summary['confidence']:.0%} interval {gain['low']:.2f} to {gain['high']:.2f}"
+    who = f"learned policy {best}"
+    if len(returns) > 1:
+        who = f"best of {len(returns)} learned policies, {best},"
     return (
-        f"The learned policy {best} earns more return than {reference} in "
+        f"The {who} earns more return than {reference} in "
         f"{_where(summary, study, best)}; "
         f"{first.name}: return {gain['mean']:+.2f} ({interval}), "
         f"{', '.join(_metrics(ours['metrics'], theirs['metrics']))}."
@@ -67,7 +71,9 @@ def _where(summary: Mapping[str, Any], study: StudyConfig, policy: str) -> str:
     if worse:
         parts.append(f"less in {len(worse)} ({', '.join(worse)})")
     if len(gains) > len(better) + len(worse):
-        parts.append(f"neither in {len(gains) - len(better) - len(worse)}")
+        single = len(gains) - len(known)
+        note = f" ({single} with a single scenario)" if single else ""
+        parts.append(f"undecided in {len(gains) - len(better) - len(worse)}{note}")
     return ", ".join(parts)
 
 

@@ -287,8 +287,11 @@ def _rate(scores: Floats, crossed: Estimate, confidence: float) -> Estimate:
     """Estimate a rate: Wilson's interval over scenarios, and no narrower than the crossed one.
 
     Wilson's is sound at 0 and 1, where no resample differs from another; the seeds of a learner,
-    which meet the same scenarios, are not counted as more of them.
+    which meet the same scenarios, are not counted as more of them. Where nothing can be resampled
+    (``crossed_draws``) there is none.
     """
+    if math.isfinite(crossed.mean) and not math.isfinite(crossed.low):
+        return crossed
     scenarios = scores.shape[1]
     over = wilson(float(scores.mean()) * scenarios, scenarios, confidence=confidence)
     if len(scores) == 1:

@@ -53,7 +53,8 @@ SPARE = (
 def study_tables(summary: Summary, *, is_verbose: bool = False) -> Group:
     """Return the headline's table, or the table of every set and of all that is pooled."""
     first = headline(summary)
-    note = f"Below each mean its {summary['confidence']:.0%} interval over scenarios."
+    interval = f"{summary['confidence']:.0%} interval over scenarios"
+    note = f"Below each mean its {interval}; none from a single scenario."
     shown = summary["sets"] if is_verbose else {first.name: first.policies}
     if len(first.sets) > 1:
         note += f" Pooled in {first.name!r}: {', '.join(first.sets)}."
@@ -89,7 +90,9 @@ def _cells(metrics: dict[str, dict[str, float | None]]) -> Iterator[Text]:
     for column in COLUMNS:
         estimate = metrics[column.metric]
         mean, low, high = (_number(estimate[end], column) for end in ("mean", "low", "high"))
-        yield Text.assemble(mean, "\n", (f"{low}..{high}", "dim"))
+        yield Text.assemble(
+            mean, "\n", ("" if estimate["low"] is None else f"{low}..{high}", "dim")
+        )
 
 
 def _number(value: float | None, column: Column) -> str:
