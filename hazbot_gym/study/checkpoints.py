@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -52,20 +53,40 @@ def save(folder: Path, model: BaseAlgorithm, progress: State) -> None:
         old.unlink(missing_ok=True)
 
 
-def load_newest(folder: Path, console: Console) -> State | None:
+def load_newest(folder: Path, console: Console, run: str | None = None) -> State | None:
     """Return the newest checkpoint that is whole; None if there is none. Says what it passes over.
+
+    Args:
+        folder: Where checkpoints are.
+        console: Where is said what is passed over.
+        run: Identity of the run, which ``progress`` of another run's does not have; None: any.
 
     Returns:
         ``model`` for ``restore``, and ``progress`` as it was saved.
     """
     sweep(folder)
     for path in _all(folder):
-        digest, _, data = path.read_bytes().partition(b"\n")
-        if hashlib.sha256(data).hexdigest().encode() == digest:
-            state: State = torch.load(io.BytesIO(data), weights_only=True)
+        state = _load(path)
+        if state is None:
+            console.print(f"checkpoint {path.name} is damaged, the one before it is used")
+        elif run is not None and state["progress"].get("run") != run:
+            console.print(f"checkpoint {path.name} is another run's, the one before it is used")
+        else:
             return state
-        console.print(f"checkpoint {path.name} is damaged, the one before it is used")
     return None
+
+
+def _load(path: Path) -> State | None:
+    """Return what is in a checkpoint, or None where it is damaged or holds more than numbers."""
+    digest, _, data = path.read_bytes().partition(b"\n")
+    if hashlib.sha256(data).hexdigest().encode() != digest:
+        return None
+    try:
+        state = torch.load(io.BytesIO(data), weights_only=True)
+    except (pickle.UnpicklingError, RuntimeError, EOFError):  # as its maker wanted it
+        return None
+    is_ours = isinstance(state, dict) and isinstance(state.get("progress"), dict)
+    return state if is_ours and isinstance(state.get("model"), dict) else None
 
 
 def state_of(model: BaseAlgorithm) -> State:

@@ -95,7 +95,7 @@ def _trainings(
             except InvalidInput as error:
                 console.print(f"a run is begun anew: {error}", markup=False)
                 shutil.rmtree(folder)
-            if run_folder.has_result(folder):
+            if run_folder.has_result(folder, training.identity()):
                 continue
             if (folder / run_folder.RESULT).exists():
                 console.print(f"a damaged run is done again: {folder}", markup=False)

@@ -106,13 +106,21 @@ def read_json(path: Path) -> dict[str, Any]:
         Damaged: Its checksum is absent, or not that of its content.
         InvalidInput: It cannot be read.
     """
-    content: dict[str, Any] = json.loads(read_sealed(path))
+    data = read_sealed(path)
+    try:
+        content = json.loads(data)
+    except (ValueError, RecursionError) as error:  # whoever made it has computed a checksum
+        raise Damaged(path) from error
+    if not isinstance(content, dict) or CHECKSUM not in content:
+        raise Damaged(path)
     del content[CHECKSUM]
     return content
 
 
 def read_sealed(path: Path) -> bytes:
     """Return the bytes of a file that has a checksum inside; raises as ``read_json``."""
+    if path.exists() and not path.is_file():  # a pipe or a device may have no end
+        raise InvalidInput(f"cannot read {str(path)!r}: it is no file")
     try:
         data = path.read_bytes()
     except OSError as error:

@@ -114,20 +114,30 @@ def digests(paths: Iterable[Path]) -> dict[str, str]:
 def changed(before: Mapping[str, str], now: Mapping[str, str]) -> str | None:
     """Return the first file that was edited, added or removed, of two ``digests``; else None.
 
-    Their folders may have been moved.
+    The folder that they are all in may have been moved.
     """
-    old, new = ({(Path(path).name, each[path]) for path in each} for each in (before, now))
-    for each, other in ((now, old), (before, new)):
-        for path, digest in each.items():
-            if (Path(path).name, digest) not in other:
+    new, old = _within(now), _within(before)
+    for each, other in ((new, old), (old, new)):
+        for (name, digest), path in each.items():
+            if (name, digest) not in other:
                 return path
     return None
 
 
 def mark(paths: Iterable[Path]) -> str:
-    """Return a hash of the names and contents of files; their folders may be moved."""
-    found = sorted((Path(path).name, digest) for path, digest in digests(paths).items())
+    """Return a hash of files' names and contents; the folder that they are all in may be moved."""
+    found = sorted(_within(digests(paths)))
     return hashlib.sha256(repr(found).encode()).hexdigest()[:16]
+
+
+def _within(found: Mapping[str, str]) -> dict[tuple[str, str], str]:
+    """Return paths by name within the folder that all are in, and by digest."""
+    absolute = {os.path.abspath(path): path for path in found}
+    top = os.path.commonpath([os.path.dirname(path) for path in absolute]) if absolute else ""
+    return {
+        (Path(os.path.relpath(full, top)).as_posix(), found[path]): path
+        for full, path in absolute.items()
+    }
 
 
 def _noted(task: tuple[Any, ...]) -> list[str]:
@@ -138,7 +148,7 @@ def _noted(task: tuple[Any, ...]) -> list[str]:
     def note(event: str, arguments: tuple[Any, ...]) -> None:
         if event == "open" and not isinstance(arguments[0], int):
             name, _, flags = arguments
-            if not flags & (os.O_WRONLY | os.O_RDWR):
+            if not flags & (os.O_WRONLY | os.O_CREAT | os.O_TRUNC):  # "r+", too, may only read
                 opened.add(os.path.abspath(os.fsdecode(name)))
         elif event == "sqlite3.connect":
             opened.add(os.path.abspath(os.fsdecode(arguments[0])))

@@ -35,6 +35,7 @@ except ImportError as error:
 MANIFEST, SHARDS, EPISODES, SUMMARY = "manifest.json", "shards", "episodes.parquet", "summary.json"
 YARDSTICK, COSTS, REPORT = "yardstick.parquet", "costs.json", "report.html"
 REPLAYS = "replays.parquet"
+MOST_VALUES = 300_000_000  # in a file; two numbers for every robot-second of a million episodes
 _STAMP, _CHECKSUM = b"hazbot_stamp", b"hazbot_checksum"
 
 
@@ -106,7 +107,22 @@ def _write(path: Path, table: pa.Table) -> None:
 
 
 def _read(path: Path) -> pa.Table:
-    return pq.read_table(pa.BufferReader(files.read_sealed(path)))
+    data = files.read_sealed(path)
+    try:
+        parquet = pq.ParquetFile(pa.BufferReader(data))
+        _check_size(parquet.metadata, path)
+        return parquet.read()
+    except (pa.ArrowException, OSError) as error:  # whoever made it has computed a checksum
+        raise files.Damaged(path) from error
+
+
+def _check_size(about: pq.FileMetaData, path: Path) -> None:
+    """Refuse a small file that would take all the memory: compressed, or a value many times."""
+    groups = [about.row_group(i) for i in range(about.num_row_groups)]
+    values = sum(group.column(i).num_values for group in groups for i in range(group.num_columns))
+    most = max(about.num_rows, values, sum(group.total_byte_size for group in groups) // 8)
+    if most > MOST_VALUES:
+        raise InvalidInput(f"{str(path)!r} would take {most:,} values, allowed are {MOST_VALUES:,}")
 
 
 def join(parts: list[pd.DataFrame]) -> pd.DataFrame:

@@ -12,8 +12,6 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pydantic import ValidationError
-
 from hazbot_gym.envs.registration import ENVIRONMENTS
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.study import (
@@ -28,6 +26,7 @@ from hazbot_gym.study import (
 )
 from hazbot_gym.study.config import ScenarioSet, StudyConfig
 from hazbot_gym.study.costs import Training
+from hazbot_gym.study.files import LONGEST
 from hazbot_gym.study.headline import groups, headline, pooled_sets, scenarios_of
 from hazbot_gym.study.report_replays import Replays, from_rows
 from hazbot_gym.study.report_style import DASHES, MARKS, Style, styles
@@ -45,6 +44,19 @@ RECORDED = {
     "replay": "People walk as recorded.",
     "seeded": "People come in when, where and as fast as recorded, and react to the robot.",
 }
+
+# What records that somebody else made, with a checksum, can lead to: values of any type and size.
+_UNFIT = (
+    OSError,
+    ValueError,
+    LookupError,
+    TypeError,
+    AttributeError,
+    ArithmeticError,
+    MemoryError,
+    RecursionError,
+    jinja2.TemplateError,
+)
 
 
 class Study(NamedTuple):
@@ -65,7 +77,11 @@ def write_report(folder: Path) -> Path:
     Raises:
         InvalidInput: the folder holds no finished study.
     """
-    page = make_page(read(folder))
+    study = read(folder)
+    try:
+        page = make_page(study)
+    except _UNFIT as error:
+        raise _not_finished(folder, error) from error
     path = folder / records.REPORT
     files.write_text(path, page)
     return path
@@ -87,12 +103,17 @@ def read(folder: Path) -> Study:
         _check(study)
     except files.Damaged:
         raise
-    except (OSError, ValueError, KeyError, TypeError, ValidationError) as error:
-        raise InvalidInput(
-            f"folder: given {str(folder)!r}, which holds no finished study of this version; run "
-            "hazbot study again with the same --out"
-        ) from error
+    except _UNFIT as error:
+        raise _not_finished(folder, error) from error
     return study
+
+
+def _not_finished(folder: Path, error: BaseException) -> InvalidInput:
+    why = f"{type(error).__name__}: {error}"
+    return InvalidInput(
+        f"folder: given {str(folder)!r}, which holds no finished study of this version; run "
+        f"hazbot study again with the same --out ({why[:LONGEST]})"
+    )
 
 
 def _check(study: Study) -> None:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 BEST = ""  # name of no policy: the best drive of a scenario
+MOST_CELLS = 50_000_000  # 2 GB; a full study has a tenth of it
 _KEYS = ("scenario_set", "beside_best", "episode")
 
 
@@ -88,6 +89,7 @@ def from_rows(rows: pd.DataFrame) -> Replays:
     """
     found = Replays({}, {})
     try:
+        _check_size(rows)
         for (name, is_beside, _), drives in rows.groupby(list(_KEYS), sort=False):
             replay = _replay(drives.to_dict("records"))
             if is_beside:
@@ -97,6 +99,14 @@ def from_rows(rows: pd.DataFrame) -> Replays:
     except (KeyError, IndexError, TypeError) as error:
         raise ValueError("no rows of replays") from error
     return found
+
+
+def _check_size(rows: pd.DataFrame) -> None:
+    """Refuse drives that would take all the memory: each has a cell for everybody at any time."""
+    columns = zip(rows["time_s"], rows["persons"], strict=True)
+    cells = sum(len(times) * len(np.unique(persons)) for times, persons in columns)
+    if cells > MOST_CELLS:
+        raise ValueError(f"replays of {cells:,} cells, allowed are {MOST_CELLS:,}")
 
 
 def _rows(name: str, replay: Replay) -> Iterator[dict[str, Any]]:

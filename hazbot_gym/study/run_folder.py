@@ -55,19 +55,20 @@ def claim(
         )
 
 
-def has_policy(folder: Path) -> bool:
-    """Tell whether the policy of a run is there and whole."""
+def has_policy(folder: Path, identity: str) -> bool:
+    """Tell whether the policy of a run is there, whole, and this run's."""
     try:
-        actor_file.read(folder / POLICY)
+        about = actor_file.read(folder / POLICY).about
     except InvalidInput:
         return False
-    return True
+    training = about.get("training")
+    return isinstance(training, Mapping) and training.get("run") == identity
 
 
-def has_result(folder: Path) -> bool:
-    """Tell whether a run is done, and what it came to is there and whole."""
+def has_result(folder: Path, identity: str) -> bool:
+    """Tell whether a run is done, and what it came to is there, whole, and this run's."""
     try:
-        read_json(folder / RESULT)
+        result = read_json(folder / RESULT)
     except InvalidInput:
         return False
-    return has_policy(folder)
+    return result.get("run") == identity and has_policy(folder, identity)

@@ -167,7 +167,8 @@ class Stretches(BaseCallback):
 
     def resume(self, model: BaseAlgorithm) -> None:
         """Bring a new model to where its run was last saved."""
-        state = checkpoints.load_newest(self.out / CHECKPOINTS, self.console)
+        run = self.config.identity()
+        state = checkpoints.load_newest(self.out / CHECKPOINTS, self.console, run)
         if state is None:
             self.console.print("there is no checkpoint yet, the run begins at the start")
             return
@@ -175,7 +176,7 @@ class Stretches(BaseCallback):
         progress = state["progress"]
         self.begun, self.seconds = progress["begun"], progress["seconds"]
         self.validations = progress["validations"]
-        if not has_policy(self.out):
+        if not has_policy(self.out, self.config.identity()):
             self._write_again(model)
         self.console.print(f"the run goes on from step {model.num_timesteps:,}")
 
@@ -235,6 +236,7 @@ class Stretches(BaseCallback):
             self._keep(self.model, found)
         self.console.print(f"step {found['step']:,}: validation return {found['return']:.1f}")
         progress = {
+            "run": self.config.identity(),
             "begun": self.begun,
             "seconds": self.seconds,
             "validations": self.validations,
@@ -255,6 +257,7 @@ class Stretches(BaseCallback):
 
     def _result(self, model: BaseAlgorithm) -> dict[str, Any]:
         return {
+            "run": self.config.identity(),
             "steps": model.num_timesteps,
             "training_seconds": round(self.seconds, 1),
             "steps_per_s": round(model.num_timesteps / max(self.seconds, 1e-9)),

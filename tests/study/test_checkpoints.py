@@ -98,5 +98,12 @@ def test_a_write_that_is_cut_off_leaves_the_last_one(
 
 def test_reading_one_runs_nothing_that_is_in_it(tmp_path: Path) -> None:
     save(tmp_path, model(), {"evil": Path("/")})  # any class stands for code
-    with pytest.raises(pickle.UnpicklingError, match="weights_only"):
-        load_newest(tmp_path, QUIET)
+    assert load_newest(tmp_path, QUIET) is None
+
+
+def test_one_of_another_run_is_passed_over(tmp_path: Path) -> None:
+    save(tmp_path, model(), {"run": "another"})
+    with open(tmp_path / "told.txt", "w", encoding="utf-8") as told:
+        assert load_newest(tmp_path, Console(file=told, width=200), "this") is None
+    assert "another run's" in (tmp_path / "told.txt").read_text(encoding="utf-8")
+    assert load_newest(tmp_path, QUIET, "another") is not None

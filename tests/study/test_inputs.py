@@ -26,6 +26,7 @@ POLICY = """
 import numpy as np
 from robot_parts_under_test import middle
 SPEED = float(open({weights!r}).read())
+SPEED += 0 * float(open({both!r}, "r+").read())
 open({log!r}, "w").close()
 class Mine:
     def predict(self, observation, state=None, episode_start=None, deterministic=True):
@@ -46,8 +47,11 @@ def policy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
     monkeypatch.syspath_prepend(tmp_path)
     package = tmp_path / "robot_parts_under_test"
     weights = written(tmp_path / "weights.txt", "0.5")
-    text = POLICY.format(weights=str(weights), log=str(tmp_path / "log.txt"))
+    both = written(tmp_path / "both_ways.txt", "1")
+    names = {"weights": weights, "both": both, "log": tmp_path / "log.txt"}
+    text = POLICY.format(**{name: str(path) for name, path in names.items()})
     return [
+        both,
         written(tmp_path / "lazy_helper_under_test.py", ""),
         written(tmp_path / "policy_under_test.py", text),
         written(package / "__init__.py", ""),
@@ -131,6 +135,16 @@ def test_folders_may_be_moved_but_not_their_files_edited(tmp_path: Path) -> None
     assert inputs.mark([one]) == inputs.mark([other])
     marks = {inputs.mark([one]), inputs.mark([written(other, "y")]), inputs.mark([])}
     assert len(marks) == 3
+
+
+def test_two_files_of_one_name_do_not_change_places_unnoticed(tmp_path: Path) -> None:
+    left = written(tmp_path / "left" / "w.txt", "1")
+    right = written(tmp_path / "right" / "w.txt", "2")
+    before, kept = inputs.mark([left, right]), inputs.digests([left, right])
+    written(left, "2")
+    written(right, "1")
+    assert inputs.mark([left, right]) != before
+    assert inputs.changed(kept, inputs.digests([left, right])) == str(left)
 
 
 def test_what_changed_is_named() -> None:

@@ -7,10 +7,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pandas as pd
+import pyarrow as pa
 import pytest
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import files, records
+from hazbot_gym.utils.checksum import BLANK, seal
 
 ROWS = [
     {"policy": "constant:0.5", "episode": k, "return": 0.1 * k, "outcome": ""} for k in range(3)
@@ -254,3 +256,45 @@ def test_leftovers_of_a_killed_run_are_swept_and_nothing_else(tmp_path: Path) ->
     records.sweep(tmp_path)
     assert all(path.exists() for path in keep)
     assert not any(path.exists() for path in leftovers)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f'["{BLANK}"]',
+        f'"{BLANK}"',
+        f'{{"sum": "{BLANK}"}}',
+        f'{{"checksum": "{BLANK}", "a": ' + "[" * 100_000,
+        f'{{"checksum": "{BLANK}", "a": ' + "[" * 100_000 + "]" * 100_000 + "}",
+        f"{BLANK} is no JSON",
+    ],
+    ids=lambda text: text[-20:],
+)
+def test_a_right_checksum_makes_no_record(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "manifest.json"
+    path.write_bytes(seal(text.encode()))
+    with pytest.raises(files.Damaged):
+        files.read_json(path)
+    with pytest.raises(InvalidInput, match=r"its manifest.json is damaged"):
+        files.owner(tmp_path, path.name, "run")
+    path.rename(tmp_path / "rows.parquet")
+    with pytest.raises(files.Damaged):
+        records.read_episodes(tmp_path / "rows.parquet")
+
+
+def test_a_small_file_of_very_many_values_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(records, "MOST_VALUES", 100_000)
+    path = tmp_path / "rows.parquet"
+    records._write(path, pa.table({"a": pa.array([[0.0] * 200_000])}))
+    assert path.stat().st_size < 5_000
+    with pytest.raises(InvalidInput, match="would take 200,000 values, allowed are 100,000"):
+        records.read_episodes(path)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes")
+def test_a_pipe_in_place_of_a_record_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "manifest.json")
+    with pytest.raises(InvalidInput, match="is no file"):
+        files.read_json(tmp_path / "manifest.json")

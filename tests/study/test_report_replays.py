@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hazbot_gym.study import report, report_places, report_player
+from hazbot_gym.study import report, report_places, report_player, report_replays
 from hazbot_gym.study.episode import X, Y
 from hazbot_gym.study.report_replays import Replay, Replays, from_rows, rows_of
 
@@ -127,3 +127,12 @@ def test_the_view_holds_the_path_and_grows_for_people_only_so_far() -> None:
     assert (low.tolist(), high.tolist()) == ([-2.0, -2.0], [14.0, 2.0])
     low, high = report_places.view(path, [np.array([[6.0, 50.0], [99.0, 0.0]])])
     assert (low.tolist(), high.tolist()) == ([-2.0, -2.0], [14.0, 4.0])
+
+
+def test_drives_of_very_many_people_are_refused(
+    replays: list[Replay], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rows = pd.DataFrame(list(rows_of(Replays({"Crossing": replays}, {}))))
+    monkeypatch.setattr(report_replays, "MOST_CELLS", 1000)
+    with pytest.raises(ValueError, match="allowed are 1,000"):
+        from_rows(rows)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +12,8 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from hazbot_gym.study import files, records
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.study import files, records, report
 
 MODULE, PICKLE = "evil:attribute", "learned:path=e.zip,allow_pickle=true"
 MARKUP = "constant:</script><img src=x onerror=alert(1)><b>bold</b>"
@@ -118,3 +120,23 @@ def test_a_policy_whose_name_is_markup_stays_a_name(
     assert MARKUP in names
     assert MARKUP.partition(":")[2] in labels
     assert browser.complaints == []
+
+
+def test_records_of_other_types_are_one_line(finished: Path, tmp_path: Path) -> None:
+    for name in (records.MANIFEST, records.SUMMARY, records.COSTS):
+        folder = Path(shutil.copytree(finished, tmp_path / name))
+        (folder / records.REPORT).unlink(missing_ok=True)
+        record = files.read_json(folder / name)
+        files.write_json(folder / name, wrong(record))
+        with pytest.raises(InvalidInput, match="holds no finished study of this version"):
+            report.write_report(folder)
+        assert not (folder / records.REPORT).exists()
+
+
+def wrong(content: Any) -> Any:
+    """Return a record of the same shape with a text for every number."""
+    if isinstance(content, dict):
+        return {key: wrong(value) for key, value in content.items()}
+    if isinstance(content, list):
+        return [wrong(value) for value in content]
+    return "no number" if isinstance(content, int | float) else content

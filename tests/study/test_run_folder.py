@@ -1,12 +1,15 @@
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study.files import write_json
-from hazbot_gym.study.run_folder import MANIFEST, claim
+from hazbot_gym.policies.actor_file import read
+from hazbot_gym.policies.learned import SHIPPED
+from hazbot_gym.study.run_folder import MANIFEST, POLICY, RESULT, claim, has_policy, has_result
 
 
 def test_new_and_empty_folders_can_be_taken(tmp_path: Path) -> None:
@@ -37,3 +40,15 @@ def test_what_a_kill_left_before_the_manifest_was_whole_is_no_obstacle(tmp_path:
     (tmp_path / f".{MANIFEST}.x1.tmp").write_text('{"run')
     claim(tmp_path, "me", resume=True)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_policy_or_a_result_of_another_run_counts_for_none(tmp_path: Path) -> None:
+    source = SHIPPED / "ppo_tracks.npz"
+    shutil.copy(source, tmp_path / POLICY)
+    identity = read(source).about["training"]["run"]
+    write_json(tmp_path / RESULT, {"run": identity})
+    assert has_result(tmp_path, identity)
+    assert not has_policy(tmp_path, "another")
+    write_json(tmp_path / RESULT, {"run": "another"})
+    assert not has_result(tmp_path, identity)
+    assert not has_result(tmp_path, "another")
