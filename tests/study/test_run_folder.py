@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.study.files import write_json
 from hazbot_gym.policies.actor_file import read
 from hazbot_gym.policies.learned import SHIPPED
+from hazbot_gym.study.files import write_json
 from hazbot_gym.study.run_folder import MANIFEST, POLICY, RESULT, claim, has_policy, has_result
 
 
