@@ -88,6 +88,7 @@ class Toy:
 def toy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Toy:
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")  # whatever NUMBA_CACHE_DIR says
     return Toy(tmp_path)
 
 
@@ -179,8 +180,8 @@ def test_a_cache_of_a_version_with_other_classes_is_passed_over(toy: Toy) -> Non
 @pytest.fixture
 def nowhere(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave numba no folder beside the package or in the user's cache, as for another user."""
-    monkeypatch.setattr(caching.CacheImpl, "_locator_classes", [caching.UserProvidedCacheLocator])
-    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+    named_by_the_user = caching.CacheImpl._locator_classes[:1]
+    monkeypatch.setattr(caching.CacheImpl, "_locator_classes", named_by_the_user)
 
 
 def runs(toy: Toy) -> ModuleType:
