@@ -76,6 +76,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         "autoreset_mode": AutoresetMode.NEXT_STEP,
     }
     spec = CompleteSpec()  # type: ignore[assignment]
+    closed = True  # until it is made: some versions of Gymnasium close what a wrong argument leaves
 
     def __init__(
         self,
@@ -121,6 +122,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self._threads = Threads(max(self._thread_count - 1, 1))
+        self.closed = False
         self._generators: list[np.random.Generator] = []
         self._allocate()
         self._viewer = None

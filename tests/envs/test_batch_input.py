@@ -137,6 +137,10 @@ def test_bad_arguments_are_refused_in_one_line(arguments: Any, complaint: str) -
     assert "\n" not in str(refusal.value)
 
 
+def test_what_a_wrong_argument_leaves_can_be_closed() -> None:
+    CorridorVectorEnv.__new__(CorridorVectorEnv).close()  # as Gymnasium 1.1 does by itself
+
+
 @pytest.mark.parametrize("mode", list(AutoresetMode))
 def test_stepping_before_the_first_reset_is_refused(mode: AutoresetMode) -> None:
     with pytest.raises(InvalidInput, match=r"^step: .*call reset first$"):
