@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple, Self, get_args
+from typing import Annotated, Any, Literal, NamedTuple, Self, get_args, get_origin
 
 import numpy as np
 from annotated_types import Ge, Gt, Le, MaxLen
@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, Strict, ValidationError, model_valid
 from hazbot_gym.core.fuzzy_pid import FuzzyPid
 from hazbot_gym.core.kinematics import Chassis
 from hazbot_gym.core.line_sensor import LineSensor
-from hazbot_gym.core.pid import PidGains, Plant
+from hazbot_gym.core.pid import PLANTS, PidGains, Plant
 from hazbot_gym.core.social_force import (
     ATTENTIVE,
     CURIOUS,
@@ -56,6 +56,17 @@ class Section(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=True)
 
+    @model_validator(mode="before")
+    @classmethod
+    def _lists_are_whole(cls, values: Any) -> Any:
+        """Refuse a list that would fill the first fields of a named tuple and leave the others."""
+        for name, field in cls.model_fields.items() if isinstance(values, Mapping) else ():
+            for place, names, given in _as_lists(name, field.annotation, values.get(name)):
+                if len(given) != len(names):
+                    allowed = f"a mapping, or a list of all {len(names)}: {', '.join(names)}"
+                    raise ValueError(f"{place}: given {_shown(given)}, allowed is {allowed}")
+        return values
+
     @model_validator(mode="after")
     def _sizes_are_sane(self) -> Self:
         for name in type(self).model_fields:
@@ -64,6 +75,20 @@ class Section(BaseModel):
                     allowed = f"{SMALLEST:g} to {LARGEST:g}"
                     raise ValueError(f"{field}: given {number!r}, allowed are sizes of {allowed}")
         return self
+
+
+def _as_lists(field: str, kind: Any, value: Any) -> Iterator[tuple[str, Any, Any]]:
+    """Yield field, names and values of each named tuple that is given as a list."""
+    if not isinstance(value, list | tuple):
+        return
+    if hasattr(kind, "_fields"):
+        yield field, kind._fields, value
+    elif get_origin(kind) is tuple:
+        for i, (each, part) in enumerate(zip(get_args(kind), value, strict=False)):
+            yield from _as_lists(f"{field}.{i}", each, part)
+    else:
+        for each in get_args(kind):
+            yield from _as_lists(field, each, value)
 
 
 def _floats(field: str, value: Any) -> Iterator[tuple[str, float]]:
@@ -235,14 +260,30 @@ class Config(Section):
 
 
 def merge(base: Mapping[str, Any], deltas: Mapping[str, Any]) -> dict[str, Any]:
-    """Return ``base`` with ``deltas`` laid over it, section by section."""
+    """Return ``base`` with ``deltas`` laid over it, section by section.
+
+    Raises:
+        InvalidInput: Deltas give a part of what ``base`` gives by a name, or as a list.
+    """
     merged = dict(base)
     for key, value in deltas.items():
         below = merged.get(key)
         if isinstance(below, Mapping) and isinstance(value, Mapping):
             value = merge(below, value)
+        elif isinstance(value, Mapping) and len(value) < _parts(below):
+            raise InvalidInput(
+                f"{_name(key)}: given a part, {_shown(dict(value))}, of {_shown(below)}; allowed "
+                f"are all {_parts(below)} values"
+            )
         merged[key] = value
     return merged
+
+
+def _parts(below: Any) -> int:
+    """Return how many values a mapping must have that takes the place of something else."""
+    if isinstance(below, str):
+        return len(PLANTS.get(below, ()))
+    return len(below) if isinstance(below, list | tuple) else 0
 
 
 def _paper_scenario(x_m: float, y_m: float, vx_mps: float, vy_mps: float) -> dict[str, Any]:

@@ -11,6 +11,7 @@ import yaml
 from pydantic import ValidationError
 
 from hazbot_gym.config import SCENARIOS, Clock, Config, make_config
+from hazbot_gym.core.pid import PLANTS
 from hazbot_gym.errors import InvalidInput
 
 NAN, INF = math.nan, math.inf
@@ -41,6 +42,17 @@ def test_nothing_given_is_the_default() -> None:
         ({"drive": {"acceleration_mps2": INF}}, "drive.acceleration_mps2: given inf"),
         ({"drive": {"plant": "Z"}}, "drive.plant: given 'Z', input should be 'A', 'B', 'A0' or"),
         ({"drive": {"plant": {"K": -1.0}}}, "drive.plant.Plant.K: given -1.0, input should be"),
+        ({"scenario": "circle", "drive": {"plant": {"T1": 3.0}}}, "plant: given a part, .* of 'B'"),
+        (
+            {"reward": [1]},
+            r"config: reward: given \[1\], allowed is a mapping, or a list of all 7: progress",
+        ),
+        ({"drive": {"plant": [1, 2]}}, r"drive: plant: given \[1, 2\], .* all 6: K, T1, T2"),
+        ({"sensors": {"tracker": []}}, r"sensors: tracker: given \[\], .* all 6: range_m"),
+        (
+            {"people": {"reactions": [[1.0]] * 4}},
+            r"people: reactions.0: given \[1.0\], .*: gain",
+        ),
         ({"drive": {"chassis": {"r": NAN}}}, "drive.chassis.r: given nan"),
         ({"drive": {"tracking": {"a4": 1.0}}}, "drive.tracking.a4: unknown key, allowed are a1"),
         ({"drive": {"start_speed_mps": 0.6}}, "drive: start_speed_mps = 0.6 is above nominal"),
@@ -170,9 +182,15 @@ def test_delta_on_a_whole_config_leaves_the_rest_of_its_sections_alone() -> None
     assert (config.drive.plant.K, config.drive.plant.a) == (3.0, 0.0)
 
 
+def test_a_part_of_what_was_given_as_a_list_is_refused() -> None:
+    with pytest.raises(InvalidInput, match=r"reward: given a part, {'burden': 0}, of .* all 7"):
+        make_config({"reward": [1.0] * 7}, reward={"burden": 0})
+
+
 @pytest.mark.parametrize("scenario", [None, *SCENARIOS])
 def test_config_survives_being_written_down(scenario: str | None) -> None:
-    config = make_config(scenario=scenario, drive={"plant": {"K": 2.5}}, tracks="somewhere")
+    plant = PLANTS["B"]._replace(K=2.5)._asdict()
+    config = make_config(scenario=scenario, drive={"plant": plant}, tracks="somewhere")
 
     assert Config.model_validate(config.model_dump()) == config
     assert Config.model_validate_json(config.model_dump_json()) == config

@@ -21,6 +21,7 @@ FILES = sorted((ROOT / "configs").glob("*.yaml"))
 def test_every_config_file_loads(path: Path) -> None:
     if "algorithm" in read_yaml(path):
         load: Callable[..., Any] = load_training
+        assert load(path).environments()
     else:
         load = load_study if path.stem.startswith("study") else make_config
     assert load(path) != load()

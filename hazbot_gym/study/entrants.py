@@ -18,7 +18,7 @@ from rich.console import Console
 
 from hazbot_gym.config import merge
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.policies.base import NO_CODE, Permissions, make, spec_of
+from hazbot_gym.policies.base import NO_CODE, Permissions, spec_of
 from hazbot_gym.policies.search_spaces import SPACES
 from hazbot_gym.study import inputs, run_folder
 from hazbot_gym.study.config import Learner, StudyConfig
@@ -49,17 +49,23 @@ def check(study: StudyConfig, allowed: Permissions = NO_CODE) -> None:
     """Check that all who are to be tuned or trained can be.
 
     Raises:
-        InvalidInput: there is no such family, or a training file cannot be used or names a teacher
-            who is not allowed.
+        InvalidInput: there is no such family, or a learner's training file, changes or seeds
+            cannot be used, or its teacher is not allowed.
     """
     unknown = [family for family in study.tuned if family not in SPACES]
     if unknown:
         raise InvalidInput(f"tuned: given {unknown[0]!r}, allowed are {', '.join(SPACES)}")
     for learner in study.learners:
-        training = training_of(learner, 0)
-        training.environments()
-        if training.imitation:
-            make(training.imitation.teacher, **allowed._asdict())
+        _check_learner(learner, allowed)
+
+
+def _check_learner(learner: Learner, allowed: Permissions) -> None:
+    from hazbot_gym.study import training  # torch is not needed by those who only tune
+
+    try:
+        training.make_all(training_of(learner, learner.seeds - 1), allowed)
+    except InvalidInput as fault:
+        raise InvalidInput(f"learners: {learner.name!r}: {fault}") from None
 
 
 def jobs(
@@ -153,8 +159,8 @@ def training_of(learner: Learner, k: int) -> TrainConfig:
     Changes go into sections: ``overrides: {reward: {burden: 0}}`` leaves other overrides be.
     """
     values = merge(read_yaml(learner.config, "config"), learner.changes)
-    plan = load_training(**values | ({"steps": learner.steps} if learner.steps else {}))
-    return plan.model_copy(update={"seed": plan.seed + k})
+    values |= {"steps": learner.steps} if learner.steps else {}
+    return load_training(**{**values, "seed": load_training(**values).seed + k})
 
 
 def folder_of(learner: Learner, k: int, out: Path) -> Path:

@@ -96,17 +96,26 @@ def train(
     torch.set_num_threads(1)
     read = inputs.digests(inputs.of_training(config, allowed))
     claim(out, config.identity(), resume=resume, inputs=read)
-    envs: Any = make_envs(config)
-    if config.residual:
-        envs = ResidualEnvs(envs, config.residual)
-    model: Any = make_model(config, envs, allowed)
-    teacher = None
-    if config.imitation and config.algorithm not in PUPILS:
-        teacher = teacher_of(config.imitation, envs, allowed)
+    model, teacher = make_all(config, allowed)
     with sole_use(out), disk_errors_told_once():
         if not (out / MANIFEST).exists():
             write_json(out / MANIFEST, {**manifest(config), "inputs": read})
         return _run(config, out, model, teacher, resume=resume, console=console)
+
+
+def make_all(config: TrainConfig, allowed: Permissions = NO_CODE) -> tuple[Any, Any]:
+    """Return the model of a run in its environments, and the teacher that it begins with, if any.
+
+    Raises:
+        InvalidInput: Something about the config is not usable.
+    """
+    envs: Any = make_envs(config)
+    if config.residual:
+        envs = ResidualEnvs(envs, config.residual)
+    model = make_model(config, envs, allowed)
+    if config.imitation and config.algorithm not in PUPILS:
+        return model, teacher_of(config.imitation, envs, allowed)
+    return model, None
 
 
 def _run(

@@ -214,6 +214,28 @@ def test_what_cannot_take_part_is_refused_before_anything_is_written(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize(
+    ("learner", "named"),
+    [
+        ({"changes": {"steps": "many"}}, "steps: given 'many'"),
+        ({"changes": {"env": "Nowhere-v0"}}, "env: given 'Nowhere-v0'"),
+        ({"changes": {"options": {"n_stps": 3}}}, "options.n_stps: unknown key"),
+        ({"changes": {"network": {"activation": "ramp"}}}, "network.activation: given 'ramp'"),
+        ({"changes": {"overrides": {"tear": "sonar"}}}, "tear: unknown key"),
+        ({"changes": {"algorithm": "sac", "options": {"n_steps": 16}}}, "options.n_steps: unknown"),
+        ({"changes": {"worlds": 1, "env": ["Crossing-v0", "Circle-v0"]}}, "worlds: given 1"),
+        ({"changes": {"seed": 2**32 - 5}, "seeds": 6}, "seed: given 4294967296"),
+    ],
+)
+def test_a_learner_that_cannot_be_trained_is_refused_before_anything_is_written(
+    study: StudyConfig, learner: dict[str, Any], named: str, tmp_path: Path
+) -> None:
+    learner = {"name": "pupil", "config": str(study.learners[0].config), **learner}
+    with pytest.raises(InvalidInput, match=f"learners: 'pupil': {named}"):
+        run_study(load_study(**{**STUDY, "learners": [learner]}), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
 def test_training_files_are_found_from_the_study_file_and_count_by_their_contents(
     study: StudyConfig, tmp_path: Path
 ) -> None:
