@@ -19,6 +19,7 @@ from hazbot_gym.task.track_files import AS_FOUND, Options, check_options, read_t
 from hazbot_gym.task.track_formats import ENDINGS, UnknownFormat, looks_like_table
 from hazbot_gym.task.tracks import Recording
 
+MOST_FOLDERS = 10_000  # below one: none that holds recordings, but a whole disk
 _SAME_M = 0.01  # positions this near are the same
 
 
@@ -88,12 +89,14 @@ def find_recordings(path: str | Path) -> list[Path]:
         InvalidInput: there is no such file or folder, or no table in it.
     """
     path = Path(path)
-    if not path.exists():
+    if not os.path.exists(path):  # False where Path.exists raises
         raise InvalidInput(f"tracks: given {str(path)!r}, there is no such file or folder")
-    if not path.is_dir():
+    if not os.path.isdir(path):
+        if not os.path.isfile(path):
+            raise InvalidInput(f"tracks: given {str(path)!r}, which is neither a file nor a folder")
         return [path]
     files = sorted(_files(path))
-    tables = [file for file in files if file.suffix.lower() in ENDINGS]
+    tables = [file for file in files if file.suffix.lower() in ENDINGS and os.path.isfile(file)]
     originals = {original for file in tables for original in _originals(file, path)}
     tables = [file for file in tables if file.resolve() not in originals]
     found = [file for file in tables if file.suffix.lower() != ".txt" or looks_like_table(file)]
@@ -124,13 +127,24 @@ def _is_same(a: Recording, b: Recording) -> bool:
 def _files(folder: Path) -> Iterator[Path]:
     """Return all files below a folder, through links as well, each folder once."""
     seen = set()
-    for name, folders, files in os.walk(folder, followlinks=True):
+    for name, folders, files in os.walk(folder, onerror=_refuse, followlinks=True):
         real = os.path.realpath(name)
         if real in seen:
             folders.clear()
             continue
         seen.add(real)
+        if len(seen) > MOST_FOLDERS:
+            raise InvalidInput(
+                f"tracks: more than {MOST_FOLDERS} folders are below {folder}, through links as "
+                "well; give one nearer to the recordings"
+            )
         yield from (Path(name, file) for file in files)
+
+
+def _refuse(error: OSError) -> None:
+    """Refuse a folder that cannot be listed: it may hold recordings."""
+    if not isinstance(error, FileNotFoundError):  # gone meanwhile
+        raise InvalidInput(f"tracks: cannot read {error.filename} ({error.strerror})")
 
 
 def _originals(table: Path, top: Path) -> Iterator[Path]:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from hazbot_gym.errors import DoubtfulRecording, InvalidInput
+from hazbot_gym.task import track_folders
 from hazbot_gym.task.track_folders import find_recordings, load_tracks, read_all
 
 WALK = "".join(f"{k},1,{0.1 * k:.1f},0\n" for k in range(30))  # 1 m/s
@@ -140,3 +142,38 @@ def test_real_folder_without_its_descriptions_needs_them(tracks_dir: Path, tmp_p
 
     with pytest.raises(InvalidInput, match="fps is missing"):
         load_tracks(tmp_path)
+
+
+def test_a_whole_disk_is_refused_before_it_is_searched(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("a", "b", "c"):
+        written(tmp_path, NAMED, f"{name}/walk.csv")
+    monkeypatch.setattr(track_folders, "MOST_FOLDERS", 3)
+    with pytest.raises(InvalidInput, match=r"more than 3 folders are below .*nearer to the rec"):
+        find_recordings(tmp_path)
+
+
+def test_what_is_no_file_is_never_opened(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.txt")  # whoever opens it waits for ever
+    written(tmp_path, NAMED, "walk.csv")
+    assert [path.name for path in find_recordings(tmp_path)] == ["walk.csv"]
+    with pytest.raises(InvalidInput, match=r"pipe.txt', which is neither a file nor a folder"):
+        find_recordings(tmp_path / "pipe.txt")
+
+
+def test_folder_that_cannot_be_listed_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written(tmp_path, NAMED, "walk.csv")
+    (tmp_path / "hidden").mkdir()
+    scandir = os.scandir
+
+    def denied(path: str) -> Any:
+        if Path(path).name == "hidden":
+            raise PermissionError(13, "Permission denied", path)
+        return scandir(path)
+
+    monkeypatch.setattr(os, "scandir", denied)
+    with pytest.raises(InvalidInput, match=r"cannot read .*hidden \(Permission denied\)"):
+        find_recordings(tmp_path)
