@@ -222,7 +222,7 @@ def test_what_cannot_take_part_is_refused_before_anything_is_written(
         ({"changes": {"options": {"n_stps": 3}}}, "options.n_stps: unknown key"),
         ({"changes": {"network": {"activation": "ramp"}}}, "network.activation: given 'ramp'"),
         ({"changes": {"overrides": {"tear": "sonar"}}}, "tear: unknown key"),
-        ({"changes": {"algorithm": "sac", "options": {"n_steps": 16}}}, "options.n_steps: unknown"),
+        ({"changes": {"algorithm": "sac"}}, "options.n_epochs: unknown"),
         ({"changes": {"worlds": 1, "env": ["Crossing-v0", "Circle-v0"]}}, "worlds: given 1"),
         ({"changes": {"seed": 2**32 - 5}, "seeds": 6}, "seed: given 4294967296"),
     ],
