@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from hazbot_gym.study.fronts import dominated
+from hazbot_gym.study.fronts import AXES, dominated
 from hazbot_gym.study.summary import COMPARED
 from hazbot_gym.study.tables import COLUMNS, Column
 
@@ -104,12 +104,19 @@ def differences(block: Mapping[str, Any], policies: tuple[str, ...], reference: 
 
 
 def standing(block: Mapping[str, Any]) -> Standing:
-    """Return who of a set is dominated by nobody, and by whom the others are."""
-    found = dominated(block)
+    """Return who of a set is dominated by nobody, and by whom the others are.
+
+    Both are empty where no policy has an interval, as in a set of a single scenario.
+    """
+    found = dominated(block) if _has_intervals(block) else {}
     return Standing(
         [policy for policy, by in found.items() if not by],
         {policy: _some(by) for policy, by in found.items() if by},
     )
+
+
+def _has_intervals(block: Mapping[str, Any]) -> bool:
+    return any(each["metrics"][axis]["low"] is not None for each in block.values() for axis in AXES)
 
 
 def _some(names: list[str]) -> str:

@@ -62,3 +62,11 @@ def test_who_is_dominated_is_named_with_the_first_of_many() -> None:
     assert found.dominated["p1"] == "best"
     assert found.dominated["p3"] == "best, p1, p2"
     assert found.dominated["p5"] == "best, p1, p2 and 2 more"
+
+
+def test_a_single_scenario_says_nothing_of_who_is_dominated() -> None:
+    block = {"a": result(0.0), "b": result(9.0)}
+    for each in block.values():
+        for estimate in each["metrics"].values():
+            estimate |= {"low": None, "high": None}
+    assert report_tables.standing(block) == ([], {})
