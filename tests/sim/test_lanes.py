@@ -44,6 +44,9 @@ def test_robots_are_driven_in_vectors(name: str) -> None:
     assert packed_share(driven, records(DRIVE_LANES, 1), DRIVE) > 0.9
 
 
+@pytest.mark.skipif(
+    numba.version_info.short < (0, 62), reason="numba before 0.62 makes no vectors of this loop"
+)
 def test_walkers_choose_in_vectors() -> None:
     choose = walkers._choose
 
