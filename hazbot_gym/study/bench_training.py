@@ -7,6 +7,7 @@ fuzzy expert on paired episodes of its environments that no training or validati
 
 from __future__ import annotations
 
+import importlib
 import json
 import math
 import os
@@ -43,8 +44,10 @@ def bench_training(paths: list[Path], *, seeds: int = SEEDS, episodes: int = EPI
     """Measure the runs of some training files.
 
     Raises:
-        InvalidInput: One of them is no training of PPO.
+        InvalidInput: One of them is no training of PPO, or cannot be trained.
+        MissingExtra: Stable-Baselines3 or another part of the extra is not installed.
     """
+    importlib.import_module("hazbot_gym.study.training")  # says what is missing before any work
     configs = {path: load_training(path) for path in paths}
     for path, config in configs.items():
         if config.algorithm != "ppo":
@@ -189,6 +192,8 @@ def trained(path: Path, **changes: Any) -> Iterator[tuple[Path, float, int]]:
         )
         _, status, usage = os.wait4(process, 0)
         seconds = time.perf_counter() - start
+        if os.waitstatus_to_exitcode(status) == 2:
+            raise InvalidInput(f"training: {path.name} cannot be trained, as the line before says")
         if status != 0:
             raise RuntimeError(f"{' '.join(command)} ended with {status}")
         yield out, seconds, usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 from hazbot_gym import cli
-from hazbot_gym.errors import InvalidInput
+from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.study import bench_training, training_report
 from hazbot_gym.study.bench_training import goals, speed_cases
 from hazbot_gym.study.train_config import load_training
@@ -93,6 +94,23 @@ def test_only_ppo_is_measured() -> None:
     path = Path(__file__).parents[2] / "configs" / "sac.yaml"
     with pytest.raises(InvalidInput, match=r"^training: sac.yaml is given with algorithm 'sac'"):
         bench_training.bench_training([path])
+
+
+def test_without_the_extra_nothing_is_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delitem(sys.modules, "hazbot_gym.study.training", raising=False)
+    monkeypatch.setitem(sys.modules, "sb3_contrib", None)
+    with pytest.raises(MissingExtra, match=r"sb3-contrib is not .*hazbot-gym\[train\]"):
+        bench_training.bench_training([])
+
+
+def test_what_training_refuses_is_no_traceback(tmp_path: Path) -> None:
+    file = tmp_path / "run.yaml"
+    file.write_text(TINY)
+    with (
+        pytest.raises(InvalidInput, match=r"^training: run.yaml cannot be trained"),
+        bench_training.trained(file, steps=-1),
+    ):
+        pass
 
 
 def test_the_command_says_which_file_it_cannot_read(tmp_path: Path) -> None:
