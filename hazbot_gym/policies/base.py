@@ -145,7 +145,7 @@ def names() -> dict[str, str]:
 
 def speed_action(fraction: npt.ArrayLike) -> Actions:
     """Return the actions for shares of the nominal speed in [0, 1]: shape (...) to (..., 1)."""
-    return (2.0 * np.asarray(fraction, dtype=np.float32) - 1.0)[..., np.newaxis]
+    return np.asarray(2.0 * np.asarray(fraction, np.float32) - 1.0, np.float32)[..., np.newaxis]
 
 
 class Permissions(NamedTuple):
