@@ -109,7 +109,7 @@ def read(folder: Path) -> Study:
 
 
 def _not_finished(folder: Path, error: BaseException) -> InvalidInput:
-    why = f"{type(error).__name__}: {error}"
+    why = f"{type(error).__name__}: {' '.join(str(error).split())}"
     return InvalidInput(
         f"folder: given {str(folder)!r}, which holds no finished study of this version; run "
         f"hazbot study again with the same --out ({why[:LONGEST]})"

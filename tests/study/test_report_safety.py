@@ -128,8 +128,9 @@ def test_records_of_other_types_are_one_line(finished: Path, tmp_path: Path) -> 
         (folder / records.REPORT).unlink(missing_ok=True)
         record = files.read_json(folder / name)
         files.write_json(folder / name, wrong(record))
-        with pytest.raises(InvalidInput, match="holds no finished study of this version"):
+        with pytest.raises(InvalidInput, match="holds no finished study of this version") as told:
             report.write_report(folder)
+        assert "\n" not in str(told.value)
         assert not (folder / records.REPORT).exists()
 
 
