@@ -20,6 +20,7 @@ from pydantic import ConfigDict, ValidationError
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies import own_module
 from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations
+from hazbot_gym.policies.own_policy import OwnPolicy
 
 OPTIONS = ConfigDict(extra="forbid", allow_inf_nan=False)  # of the dataclasses of policies
 
@@ -166,7 +167,7 @@ def make(spec: str, *, allow_pickle: bool = False, allow_code: bool = True) -> P
             ``module:attribute`` for a policy of your own: an object with ``predict``, or what makes
             one without arguments. The path of ``learned:path=`` is all the rest of the line.
             Policies of the library stop where an observation is invalid (``guard``); one of your
-            own is called as it is, unless it is a ``guard.Guarded``.
+            own is called as it is, unless it is a ``guard.Guarded``, and its answers are checked.
         allow_pickle: Whether a ``learned`` zip may run the code that is in it.
         allow_code: Whether ``module:attribute`` may run the code of that module. Whoever takes the
             line from a file asks the user first (``Permissions``).
@@ -194,7 +195,7 @@ def make(spec: str, *, allow_pickle: bool = False, allow_code: bool = True) -> P
             policy = own_module.called(f"making {spec!r}", found)
     if not _is_policy(policy):
         raise InvalidInput(f"policy: {spec!r} has no predict(observation, state, ...) method")
-    return policy  # type: ignore[no-any-return]
+    return OwnPolicy(spec, policy)
 
 
 def spec_of(name: str, options: Mapping[str, object]) -> str:

@@ -11,11 +11,14 @@ be finite.
 
 from __future__ import annotations
 
+import math
+import reprlib
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.observation import LAYOUTS
 
 Observations = npt.NDArray[np.float32]
@@ -54,7 +57,17 @@ class Guarded:
         episode_start: npt.NDArray[np.bool_] | None = None,
         deterministic: bool = True,
     ) -> tuple[Actions, Any]:
-        """Return the action, -1 where an observation is invalid; see ``base.Policy.predict``."""
+        """Return the action, -1 where an observation is invalid; see ``base.Policy.predict``.
+
+        Raises:
+            InvalidInput: The observation is no array of numbers, or ``episode_start`` has not one
+                flag for each.
+        """
+        observation = numbers(observation)
+        if episode_start is not None:
+            episode_start = _flags(episode_start, observation.shape[:-1])
+        if not observation.size:  # no rows
+            return np.zeros((*observation.shape[:-1], 1), np.float32), state
         is_valid = valid(observation)
         if is_valid.all() and not isinstance(state, _Waiting):
             action, after = self.act(observation, state, episode_start, deterministic)
@@ -92,6 +105,31 @@ class _Waiting(NamedTuple):
 
     state: Any
     rows: Flags  # (...) whose episode begins with the next valid observation
+
+
+def numbers(observation: Any) -> Observations:
+    """Return an observation as an array (..., n) of real numbers, n at least 1."""
+    try:
+        entries = np.asarray(observation)
+    except (TypeError, ValueError, RuntimeError) as error:  # RuntimeError: a tensor with gradients
+        reason = str(error).splitlines()[0]
+        raise InvalidInput(f"observation: given no array of numbers ({reason})") from error
+    if entries.dtype.kind not in "biuf" or not entries.ndim or not entries.shape[-1]:
+        raise InvalidInput(
+            f"observation: given {entries.dtype} of shape {entries.shape}, allowed are numbers of "
+            "shape (n,) or (N, n)"
+        )
+    return entries
+
+
+def _flags(episode_start: Any, rows: tuple[int, ...]) -> Flags:
+    """Return one flag for each observation (N,), from booleans or from 0 and 1."""
+    count = math.prod(rows)
+    flags = np.asarray(episode_start) if np.size(episode_start) == count else None
+    if flags is not None and flags.dtype.kind in "biuf" and np.isin(flags, (0, 1)).all():
+        return flags.astype(np.bool_).reshape(-1)
+    given = reprlib.repr(episode_start)
+    raise InvalidInput(f"episode_start: given {given}, allowed are booleans of shape ({count},)")
 
 
 def valid(observation: npt.ArrayLike) -> Flags:

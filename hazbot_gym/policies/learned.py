@@ -17,7 +17,7 @@ from pydantic.dataclasses import dataclass
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies import actor_file
 from hazbot_gym.policies.base import OPTIONS, Policy
-from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations
+from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations, numbers
 from hazbot_gym.policies.residual import on_its_base
 from hazbot_gym.task.observation import layout_of
 
@@ -65,6 +65,7 @@ class _FromFile:
         deterministic: bool = True,
     ) -> tuple[Actions, Any]:
         """Return what the policy of the file answers; see ``Policy.predict``."""
+        observation = numbers(observation)
         policy = self._policy_for(observation)
         return policy.predict(observation, state, episode_start, deterministic)
 

@@ -58,7 +58,7 @@ def called(what: str, code: Callable[[], Any]) -> Any:
     except InvalidInput:
         raise
     except (Exception, SystemExit) as error:
-        said = f"{type(error).__name__}: {error}".removesuffix(": ")
+        said = " ".join(f"{type(error).__name__}: {error}".split()).removesuffix(":")
         raise InvalidInput(f"policy: {what} failed: {said} ({_place_of(error)})") from error
 
 

@@ -19,6 +19,7 @@ from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, Floats, Ints
 from hazbot_gym.envs.vector import CorridorVectorEnv, State
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import Policy
+from hazbot_gym.policies.own_policy import OwnPolicy
 from hazbot_gym.study.actions import levels_of
 from hazbot_gym.study.alone import walked_alone
 from hazbot_gym.study.episode import (
@@ -34,6 +35,9 @@ from hazbot_gym.task.reward import TERMS
 
 MOST_WORLDS = 512  # side by side; more are no faster, and their record would take more memory
 LONG = 2000  # decisions; in longer episodes fewer worlds, for the same memory
+ONE_AT_A_TIME = (
+    "two observations are stacked here, with engine pymunk it is asked about one at a time"
+)
 ROBOT_COLUMNS = ("x", "y", "theta", "v", "command", "x_e", "y_e", "theta_e")
 
 
@@ -78,8 +82,10 @@ def try_out(config: Config, policies: Mapping[str, Policy]) -> None:
 def _try_policy(policy: Policy, name: str, blank: npt.NDArray[np.float32]) -> None:
     try:
         actions, _ = policy.predict(blank, episode_start=np.ones(2, np.bool_), deterministic=True)
-    except InvalidInput:
-        raise
+    except InvalidInput as error:
+        if not isinstance(policy, OwnPolicy):
+            raise
+        raise InvalidInput(f"{error}; {ONE_AT_A_TIME}") from error
     except (TypeError, ValueError, IndexError) as error:
         raise InvalidInput(_needs_one_at_a_time(name, f"fails with {error}")) from error
     if np.shape(actions) not in ((2, 1), (2,)):
@@ -87,10 +93,7 @@ def _try_policy(policy: Policy, name: str, blank: npt.NDArray[np.float32]) -> No
 
 
 def _needs_one_at_a_time(name: str, what: str) -> str:
-    return (
-        f"policy: {name!r} {what} where two observations are stacked, allowed is (2, 1); "
-        "with engine pymunk it is asked about one at a time"
-    )
+    return f"policy: {name!r} {what}, allowed is (2, 1); {ONE_AT_A_TIME}"
 
 
 def _run_round(

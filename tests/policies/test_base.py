@@ -11,6 +11,7 @@ from hazbot_gym import policies
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import REGISTER, Policy, speed_action
 from hazbot_gym.policies.constant import Constant
+from hazbot_gym.policies.own_policy import OwnPolicy
 
 FROM_FILES = ("ppo", "learned")  # test_learned.py makes these
 
@@ -61,7 +62,9 @@ def test_code_is_run_only_where_that_is_allowed() -> None:
 
 @pytest.mark.parametrize("spec", ["elsewhere:Halves", "elsewhere:ready", "elsewhere:inside.ready"])
 def test_policy_of_one_s_own_is_an_object_or_what_makes_one(spec: str) -> None:
-    assert isinstance(policies.make(spec), Halves)
+    made = policies.make(spec)
+    assert isinstance(made, OwnPolicy)
+    assert isinstance(made.policy, Halves)
 
 
 @pytest.mark.parametrize(

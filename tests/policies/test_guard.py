@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from hazbot_gym import policies
+from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.actor import Actor, Normalisation
 from hazbot_gym.policies.actor_file import describe, write
 from hazbot_gym.policies.base import REGISTER, speed_action
@@ -167,3 +168,40 @@ def test_an_observation_of_another_width_need_only_be_finite() -> None:
 
 def test_rounding_beyond_the_bounds_is_no_failure() -> None:
     assert Fragile().predict(np.full(48, -1e-7, np.float32))[0].tolist() == [1.0]
+
+
+@pytest.mark.parametrize("kind", [*RULES, *NETWORKS])
+@pytest.mark.parametrize(
+    "observation",
+    [
+        np.zeros(0),
+        np.float32(1.0),
+        None,
+        "abc",
+        {"a": 1},
+        [[1.0], [1.0, 2.0]],
+        np.zeros(48, complex),
+    ],
+    ids=["empty", "a number", "None", "text", "dict", "ragged", "complex"],
+)
+def test_an_observation_that_is_no_array_of_numbers_is_refused_in_a_line(
+    kind: str, observation: Any, tmp_path: Path
+) -> None:
+    with pytest.raises(InvalidInput, match="observation: given .*") as raised:
+        made(kind, "tracks", tmp_path).predict(observation)
+    assert len(str(raised.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("kind", [*RULES, *NETWORKS])
+@pytest.mark.parametrize("starts", [True, [True] * 3, "xy", [2, 0], [np.nan, 0.0], ["a", ""], []])
+def test_starts_that_do_not_fit_the_observations_are_refused_in_a_line(
+    kind: str, starts: Any, tmp_path: Path
+) -> None:
+    with pytest.raises(InvalidInput, match=r"episode_start: given .* booleans of shape \(2,\)"):
+        made(kind, "tracks", tmp_path).predict(np.zeros((2, 48), np.float32), None, starts)
+
+
+@pytest.mark.parametrize("kind", [*RULES, *NETWORKS])
+def test_no_observations_are_answered_by_no_actions(kind: str, tmp_path: Path) -> None:
+    action, _ = made(kind, "tracks", tmp_path).predict(np.zeros((0, 48), np.float32))
+    assert (action.shape, action.dtype) == ((0, 1), np.float32)

@@ -17,7 +17,7 @@ import helper_of_mine
 
 class Mine:
     def predict(self, observation, state=None, episode_start=None, deterministic=True):
-        return helper_of_mine.ANSWER, state
+        return [helper_of_mine.ANSWER], state
 """
 
 
@@ -38,7 +38,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_the_working_folder_is_on_the_path_only_while_a_module_is_imported() -> None:
     before = list(sys.path)
 
-    assert policies.make("mine_here:Mine").predict(None) == (3, None)  # type: ignore[arg-type]
+    assert policies.make("mine_here:Mine").predict([0.0]) == (3, None)  # type: ignore[arg-type]
 
     assert sys.path == before
     with pytest.raises(ModuleNotFoundError):

@@ -40,6 +40,19 @@ class OneAtATime:
         return np.array([1.0 if observation[0] > 0.5 else 0.0], np.float32), state
 
 
+class NanLater:
+    """A policy that answers NaN once an episode has begun."""
+
+    def predict(self, observation: Any, state: Any = None, **_: Any) -> Any:
+        later = np.nan if state is not None else 0.0
+        return np.full((*np.shape(observation)[:-1], 1), later), 1
+
+
+class FailsLater:
+    def predict(self, observation: Any, state: Any = None, **_: Any) -> Any:
+        return np.zeros((*np.shape(observation)[:-1], 1)) / {None: 1.0}[state], 1
+
+
 class OneAnswer:
     def predict(self, observation: Any, state: Any = None, **_: Any) -> Any:
         return np.ones(1, np.float32), state
@@ -49,7 +62,8 @@ class OneAnswer:
 def mine(monkeypatch: pytest.MonkeyPatch) -> None:
     """A module with the policies of this file."""
     module = ModuleType("mine")
-    module.__dict__.update(Slower=Slower, OneAtATime=OneAtATime, OneAnswer=OneAnswer)
+    kinds = (Slower, OneAtATime, OneAnswer, NanLater, FailsLater)
+    module.__dict__.update({kind.__name__: kind for kind in kinds})
     monkeypatch.setitem(sys.modules, "mine", module)
 
 
@@ -100,7 +114,10 @@ def test_an_episode_ends_where_its_own_world_does() -> None:
 
 @pytest.mark.parametrize(
     ("name", "complaint"),
-    [("OneAtATime", "fails with The truth value"), ("OneAnswer", "answers in shape \\(1,\\)")],
+    [
+        ("OneAtATime", "failed: ValueError: The truth value"),
+        ("OneAnswer", "answers in shape \\(1,\\)"),
+    ],
 )
 def test_a_policy_that_cannot_act_on_stacks_is_refused_in_a_line_and_runs_on_pymunk(
     name: str, complaint: str, mine: None
@@ -113,3 +130,26 @@ def test_a_policy_that_cannot_act_on_stacks_is_refused_in_a_line_and_runs_on_pym
         f"mine:{name}", "hazbot_gym/Corridor-v0", episodes=1, overrides=where, engine="pymunk"
     )
     assert rows[0]["steps"] == 3
+
+
+@pytest.mark.parametrize("action_type", ["continuous", "discrete"])
+@pytest.mark.parametrize("engine", ["batched", "pymunk"])
+@pytest.mark.parametrize(
+    ("name", "complaint"),
+    [
+        ("NanLater", "'mine:NanLater' answers nan, allowed is -1 <= action <= 1"),
+        (
+            "FailsLater",
+            "predict of 'mine:FailsLater' failed: KeyError: 1 .*line .* of .*test_batch",
+        ),
+    ],
+)
+def test_a_policy_of_the_user_that_fails_in_an_episode_is_one_line(
+    name: str, complaint: str, engine: str, action_type: str, mine: None
+) -> None:
+    where = {"scenario": "E*", "action_type": action_type}
+    with pytest.raises(InvalidInput, match=complaint) as raised:
+        evaluate(
+            f"mine:{name}", "hazbot_gym/Corridor-v0", episodes=2, overrides=where, engine=engine
+        )
+    assert len(str(raised.value).splitlines()) == 1

@@ -1,0 +1,70 @@
+"""A policy of the user's own behind a check of each call and each answer.
+
+A call that fails, or an answer that is no action, becomes one line that names the policy; a bare
+traceback in the middle of a study would not say which of many policies it comes from.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies import own_module
+
+ROUNDING = 1e-6  # by which an action may exceed its bounds, as float32 arithmetic does
+
+
+class OwnPolicy:
+    """A policy of the user's own, as ``module:attribute`` names it.
+
+    Attributes:
+        spec: Its line of text.
+        policy: The user's object with ``predict``.
+    """
+
+    def __init__(self, spec: str, policy: Any) -> None:
+        self.spec, self.policy = spec, policy
+
+    def predict(
+        self,
+        observation: npt.NDArray[np.float32],
+        state: Any = None,
+        episode_start: npt.NDArray[np.bool_] | None = None,
+        deterministic: bool = True,
+    ) -> tuple[npt.NDArray[Any], Any]:
+        """Return the user's action as an array, and the state; see ``base.Policy.predict``.
+
+        Raises:
+            InvalidInput: The call fails, or its answer is no pair of an action and a state.
+        """
+
+        def ask() -> Any:
+            return self.policy.predict(
+                observation, state=state, episode_start=episode_start, deterministic=deterministic
+            )
+
+        what = f"predict of {self.spec!r}"
+        answer = own_module.called(what, ask)
+        if not isinstance(answer, tuple) or len(answer) != 2:
+            kind = f"{len(answer)} values" if isinstance(answer, tuple) else type(answer).__name__
+            raise InvalidInput(f"policy: {what} returns {kind}, allowed is (action, state)")
+        action = own_module.called(f"the action of {self.spec!r}", lambda: np.asarray(answer[0]))
+        self._check(action, np.shape(observation)[:-1])
+        return action, answer[1]
+
+    def _check(self, action: npt.NDArray[Any], rows: tuple[int, ...]) -> None:
+        """Refuse an action of another shape or type, or out of bounds; integers are levels."""
+        if action.shape not in ((*rows, 1), rows or (1,)):
+            raise InvalidInput(
+                f"policy: {self.spec!r} answers in shape {action.shape}, allowed is {(*rows, 1)}"
+            )
+        if action.dtype.kind not in "iuf":
+            raise InvalidInput(f"policy: {self.spec!r} answers {action.dtype}, allowed are numbers")
+        wrong = action[~(np.abs(action) <= 1.0 + ROUNDING)]  # NaN is wrong, too
+        if action.dtype.kind == "f" and wrong.size:
+            raise InvalidInput(
+                f"policy: {self.spec!r} answers {wrong[0]}, allowed is -1 <= action <= 1"
+            )
