@@ -6,12 +6,17 @@ option of a command. Examples are drawn with fixed seeds.
 
 from __future__ import annotations
 
+import contextlib
+import functools
+import io
 import json
 import random
+import sqlite3
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 from typer.testing import CliRunner
@@ -115,7 +120,47 @@ TRACKS = {
     "trajnet.ndjson": "\n".join(
         json.dumps({"track": {"f": f, "p": i, "x": x, "y": y}}) for i, f, x, y in track_rows()
     ),
+    "obsmat.txt": "\n".join(
+        f" {f:.7e} {i:.7e} {x:.7e} 0 {y:.7e} 1.0e+0 0 0" for i, f, x, y in track_rows()
+    ),
+    "annotations.txt": "\n".join(
+        f'{i} {90 * x:.0f} {90 * y:.0f} {90 * x + 20:.0f} {90 * y + 20:.0f} {f} 0 0 0 "Pedestrian"'
+        for i, f, x, y in track_rows()
+    ),
+    "times.csv": "Time [ms],Ped ID,kind,X (mm),Y (mm)\r\n"
+    + "\r\n".join(f'{100 * f},P{i},"a, b",{1e3 * x:.1f},{1e3 * y}' for i, f, x, y in track_rows()),
 }
+
+
+@functools.cache
+def sqlite_of_jupedsim() -> bytes:
+    """Return the bytes of a JuPedSim database."""
+    with contextlib.closing(sqlite3.connect(":memory:")) as base:
+        base.execute("create table trajectory_data(frame int, id int, pos_x real, pos_y real)")
+        rows = [(f, i, x, y) for i, f, x, y in track_rows()]
+        base.executemany("insert into trajectory_data values(?, ?, ?, ?)", rows)
+        base.execute("create table metadata(key text, value text)")
+        base.execute("insert into metadata values('version', '2'), ('fps', '10')")
+        base.execute("create table geometry(hash int, wkt text)")
+        base.execute("insert into geometry values(1, 'POLYGON((0 0,4 0,4 2,0 2,0 0))')")
+        base.commit()
+        return base.serialize()
+
+
+@functools.cache
+def hdf5_of_juelich() -> bytes:
+    """Return the bytes of an hdf5 file of the Juelich archive."""
+    h5py = pytest.importorskip("h5py")
+    content = io.BytesIO()
+    kind = [("id", "i8"), ("frame", "i8"), ("x", "f8"), ("y", "f8")]
+    with h5py.File(content, "w") as file:
+        tracks = file.create_dataset("trajectory", data=np.array(list(track_rows()), dtype=kind))
+        tracks.attrs["fps"] = 10.0
+        file.attrs["wkt_geometry"] = "POLYGON((0 0,4 0,4 2,0 2,0 0))"
+    return content.getvalue()
+
+
+BINARY_TRACKS = {"jupedsim.sqlite": sqlite_of_jupedsim, "juelich.h5": hdf5_of_juelich}
 
 Door = Callable[[Path, random.Random], object]
 
@@ -223,6 +268,12 @@ def track_file(folder: Path, rng: random.Random) -> None:
     read_tracks(folder / name)
 
 
+def binary_track_file(folder: Path, rng: random.Random) -> None:
+    name = rng.choice(list(BINARY_TRACKS))
+    (folder / name).write_bytes(damaged(BINARY_TRACKS[name](), rng))
+    read_tracks(folder / name)
+
+
 def track_description(folder: Path, rng: random.Random) -> None:
     (folder / "named.csv").write_text(TRACKS["named.csv"])
     text = json.dumps(changed(DESCRIPTION, rng)).encode()
@@ -251,6 +302,7 @@ DOORS: dict[Door, int] = {
     damaged_training_file: 80,
     place_file: 120,
     track_file: 250,
+    binary_track_file: 100,
     track_description: 120,
     policy_file: 120,
     policy_name: 150,

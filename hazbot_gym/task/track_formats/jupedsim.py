@@ -40,8 +40,10 @@ def read(path: Path) -> Table:
             return _read(path.name, database)
         finally:
             database.close()
-    except (sqlite3.Error, OverflowError) as error:
-        raise InvalidInput(f"{path.name}: is not a usable database ({error})") from None
+    # Damaged names make texts that cannot be decoded, of sqlite's own complaints as well.
+    except (sqlite3.Error, OverflowError, UnicodeDecodeError) as error:
+        reason = " ".join(str(error).split())
+        raise InvalidInput(f"{path.name}: is not a usable database ({reason})") from None
 
 
 def _read(name: str, database: sqlite3.Connection) -> Table:
