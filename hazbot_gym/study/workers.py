@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnContext
 
+from hazbot_gym.core.notice import NOTICE
 from hazbot_gym.errors import DoubtfulPlace, DoubtfulRecording, HazbotError
 
 SAFE_PATH = "PYTHONSAFEPATH"
@@ -53,7 +54,8 @@ def processes(count: int) -> Iterator[ProcessPoolExecutor]:
 
 def _processes(spawn: SpawnContext, count: int) -> Iterator[ProcessPoolExecutor]:
     listening, alive = spawn.Pipe(duplex=False)
-    pool = ProcessPoolExecutor(count, mp_context=spawn, initializer=_begin, initargs=(listening,))
+    begin = (listening, NOTICE.has_spoken)
+    pool = ProcessPoolExecutor(count, mp_context=spawn, initializer=_begin, initargs=begin)
     try:
         yield pool
     except BrokenProcessPool as error:
@@ -67,13 +69,15 @@ def _processes(spawn: SpawnContext, count: int) -> Iterator[ProcessPoolExecutor]
         listening.close()
 
 
-def _begin(listening: Connection) -> None:
+def _begin(listening: Connection, has_spoken: bool) -> None:
     """Let Ctrl-C end a worker quietly, and the end of its parent, or of its pool, at once.
 
     A parent that is killed cannot tell its workers, but the system closes its end of the pipe. Left
     alone they would finish what they are at, beside those of the run that goes on. Doubts about
-    places and recordings were said by the parent, which checked them.
+    places and recordings were said by the parent, which checked them; so was, if it has compiled
+    anything, that kernels are compiled.
     """
+    NOTICE.has_spoken = has_spoken
     for said in (DoubtfulPlace, DoubtfulRecording):
         warnings.simplefilter("ignore", said)
     signal.signal(signal.SIGINT, signal.SIG_DFL)
