@@ -119,8 +119,8 @@ def test_walls_beyond_all_bounds_are_refused(tmp_path: Path) -> None:
         read_table(path)
 
 
-def test_a_damaged_name_of_a_table_is_one_line(tmp_path: Path) -> None:
+def test_damaged_text_of_a_table_is_one_line(tmp_path: Path) -> None:
     path = written(tmp_path)
-    path.write_bytes(path.read_bytes().replace(b"CREATE TABLE meta", b"CREATE TABLE \xf2eta"))
+    path.write_bytes(path.read_bytes().replace(b"CREATE TABLE meta", b"CREATE \xf2ABLE meta"))
     with pytest.raises(InvalidInput, match="is not a usable database"):
         read_tracks(path)
