@@ -130,7 +130,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         Raises:
             InvalidInput: A value cannot be used; one line says which and what is allowed.
         """
-        overrides |= horizon_given_to_make()
+        overrides |= horizon_given_to_make(self)
         self.config = make_config(config, preset=preset, scenario=scenario, **overrides)
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": 1.0 / self.config.clock.decision_s}

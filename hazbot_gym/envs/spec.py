@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import copy
 import sys
+from types import FrameType
 from typing import Any, Protocol
 
 import gymnasium
@@ -36,14 +37,20 @@ class CompleteSpec:
         env.__dict__["_complete_spec"] = spec
 
 
-def horizon_given_to_make() -> dict[str, Any]:
+def horizon_given_to_make(env: object) -> dict[str, Any]:
     """Return the ``max_episode_steps`` that ``gymnasium.make`` was given, as an override.
 
     ``make`` tells it to its TimeLimit only, which cannot make an episode longer and leaves no
-    outcome in ``info``. To be called by the constructor that ``make`` calls.
+    outcome in ``info``. To be called by the environment's constructor, which ``make`` calls
+    itself, or through a subclass's constructor or a function; not one that another
+    environment contains.
     """
-    frame = sys._getframe(2)
-    if frame.f_code is not gymnasium.make.__code__:
+    frame: FrameType | None = sys._getframe(2)
+    while frame is not None and frame.f_code is not gymnasium.make.__code__:
+        if frame.f_code.co_name == "__init__" and frame.f_locals.get("self") is not env:
+            return {}
+        frame = frame.f_back
+    if frame is None:
         return {}
     given = frame.f_locals["max_episode_steps"]
     if given is None:

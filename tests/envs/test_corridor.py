@@ -476,3 +476,29 @@ def test_no_entry_of_the_observation_is_constant() -> None:
         assert names - changing <= LABELS | {"curvature_ahead_per_m"}
         varying |= changing
     assert varying == names
+
+
+class Mine(CorridorEnv):
+    def __init__(self, **arguments: Any) -> None:
+        super().__init__(**arguments)
+
+
+class Holder(gymnasium.Env[Any, Any]):
+    """Another environment, which holds one of this package's with a horizon of its own."""
+
+    def __init__(self) -> None:
+        self.inside = CorridorEnv(max_episode_steps=50)
+        self.observation_space = self.inside.observation_space
+        self.action_space = self.inside.action_space
+
+
+@pytest.mark.parametrize("entry_point", [Mine, lambda **arguments: Mine(**arguments)])
+def test_horizon_that_make_was_asked_for_reaches_subclasses(entry_point: Any) -> None:
+    spec = EnvSpec("Mine-v0", entry_point, max_episode_steps=12)
+    assert gymnasium.make(spec).unwrapped.config.max_episode_steps == 12  # type: ignore[attr-defined]
+
+
+def test_horizon_of_an_environment_inside_another_is_its_own() -> None:
+    spec = EnvSpec("Holder-v0", Holder, max_episode_steps=12)
+    holder: Any = gymnasium.make(spec).unwrapped
+    assert holder.inside.config.max_episode_steps == 50
