@@ -32,8 +32,9 @@ def control_system(expert: FuzzyExpert, points: int = 601) -> Any:
     try:
         import skfuzzy as fuzz
         from skfuzzy import control
-    except ImportError:
-        raise MissingExtra("scikit-fuzzy", "fuzzy") from None
+    except ImportError as error:  # scikit-fuzzy's own dependencies may be what is missing
+        name = (error.name or "skfuzzy").replace("skfuzzy", "scikit-fuzzy")
+        raise MissingExtra(name, "fuzzy") from error
     distance = control.Antecedent(np.linspace(0.0, 4.0, points), "distance")
     speed = control.Antecedent(np.linspace(0.0, 2.0, points), "speed")
     pattern = control.Antecedent(np.linspace(0.0, 3.0, points), "pattern")
