@@ -1,5 +1,7 @@
 """The errors that a user can meet; everything else is a bug and fails loudly."""
 
+import sys
+
 
 class HazbotError(Exception):
     """Root of all errors that hazbot_gym raises on purpose."""
@@ -18,10 +20,18 @@ class UnknownKeyword(InvalidInput, TypeError):
 
 
 class MissingExtra(HazbotError, ImportError):
-    """An optional dependency is not installed; the message names the ``pip install`` that helps."""
+    """An optional dependency cannot be imported; the message names the ``pip install`` that helps.
+
+    Raised while an ImportError is handled, it tells a package that is not there from one that is
+    broken.
+    """
 
     def __init__(self, package: str, extra: str) -> None:
-        super().__init__(f"{package} is not installed: pip install 'hazbot-gym[{extra}]'")
+        remedy, cause = f"pip install 'hazbot-gym[{extra}]'", sys.exc_info()[1]
+        fault = "is not installed"
+        if isinstance(cause, ImportError) and not isinstance(cause, ModuleNotFoundError):
+            fault = f"is installed, but fails to import ({' '.join(str(cause).split())})"
+        super().__init__(f"{package} {fault}: {remedy}")
 
 
 class DoubtfulRecording(UserWarning):

@@ -6,8 +6,14 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import differential_evolution
-from scipy.stats import qmc
+
+from hazbot_gym.errors import MissingExtra
+
+try:
+    from scipy.optimize import differential_evolution
+    from scipy.stats import qmc
+except ImportError as error:
+    raise MissingExtra("scipy", "study") from error
 
 from hazbot_gym.core.state import Floats
 

@@ -10,7 +10,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from scipy.optimize import brentq
+from hazbot_gym.errors import MissingExtra
+
+try:
+    from scipy.optimize import brentq
+except ImportError as error:
+    raise MissingExtra("scipy", "study") from error
 
 from hazbot_gym.core.kinematics import (
     Chassis,

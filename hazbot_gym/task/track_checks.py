@@ -7,6 +7,7 @@ import numpy as np
 from hazbot_gym.core.state import Floats, Ints
 from hazbot_gym.task.tracks import Recording
 
+GUESS = "guess: people walk"  # where a unit comes from that neither file nor user says
 WALKING_MPS = (0.3, 2.2)  # medians outside are improbable
 STILL_MPS = 0.05  # below, nobody walks
 SMALLEST_EXTENT_M = 1.0
@@ -39,9 +40,15 @@ def median_speed(speeds_mps: Floats) -> float:
 
 def doubts(recording: Recording) -> list[str]:
     """Return a sentence for each sign that a recording is not what it should be."""
-    found = list(recording.reading.notes) if recording.reading else []
+    reading = recording.reading
+    found = list(reading.notes) if reading else []
     low, high = WALKING_MPS
-    speed = recording.reading.speed_mps if recording.reading else low
+    speed = reading.speed_mps if reading else low
+    if reading and reading.unit_from == GUESS and reading.unit != "m":
+        found.append(
+            f"its unit is not given; {reading.unit} is a guess, in which people walk at "
+            f"{speed:.2f} m/s: give units"
+        )
     if not low <= speed <= high:
         found.append(
             f"people walk at {speed:.2f} m/s in the median, improbable outside {low} to {high}: "

@@ -17,6 +17,7 @@ import numpy as np
 from hazbot_gym.core.state import Floats, Ints
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.track_checks import (
+    GUESS,
     SMALLEST_EXTENT_M,
     STILL_MPS,
     WALKING_MPS,
@@ -172,7 +173,7 @@ def _unit(path: Path, table: Table, known: _Known, speeds: Floats) -> tuple[Unit
     for unit, metres in _METRES.items():
         is_walking = low <= median_speed(speeds * metres) <= high
         if is_walking and extent * metres >= SMALLEST_EXTENT_M:
-            return unit, metres, "guess: people walk"
+            return unit, metres, GUESS
     walked = ", ".join(f"{median_speed(speeds * m):.3g} m/s in {u}" for u, m in _METRES.items())
     raise InvalidInput(
         f"{path.name}: unit not recognized: people would walk at {walked}, or all within "

@@ -166,6 +166,7 @@ def test_contact_with_a_person_terminates() -> None:
     assert last.info["reward_terms"]["contact"] > 0.0
 
 
+@pytest.mark.filterwarnings("ignore:.*may touch it:hazbot_gym.errors.DoubtfulPlace")
 def test_contact_with_a_wall_terminates(tmp_path: Any) -> None:
     """A place so narrow that the robot's tracking error in its corner reaches the wall."""
     narrow = tmp_path / "narrow.yaml"

@@ -18,13 +18,19 @@ IDS = [f"{NAMESPACE}/{name}" for name in ENVIRONMENTS]
 STEPS = 100_000 // len(IDS)
 LONGEST_HOLD = 30  # decisions for which a random action is kept
 
-shares = st.floats(0.0, 1.0)
-weights = st.tuples(*[st.floats(0.01, 1.0)] * 4)
+
+def numbers(low: float, high: float) -> st.SearchStrategy[float]:
+    """Return numbers in a range, none of them smaller than a config allows but 0."""
+    return st.floats(low, high).map(lambda number: round(number, 9))
+
+
+shares = numbers(0.0, 1.0)
+weights = st.tuples(*[numbers(0.01, 1.0)] * 4)
 
 
 def fractions(low: float, high: float) -> st.SearchStrategy[float | int]:
     """Return numbers in a range, whole ones now and then as integers."""
-    return st.floats(low, high) | st.integers(math.ceil(low), math.floor(high))
+    return numbers(low, high) | st.integers(math.ceil(low), math.floor(high))
 
 
 clocks = st.sampled_from(
@@ -37,19 +43,19 @@ clocks = st.sampled_from(
 drives = st.fixed_dictionaries(
     {},
     optional={
-        "nominal_speed_mps": st.floats(0.3, 1.0),
+        "nominal_speed_mps": numbers(0.3, 1.0),
         "acceleration_mps2": fractions(0.3, 5.0),
         "deceleration_mps2": fractions(0.3, 5.0),
         "reflex_stop_m": fractions(0.0, 2.0),
         "latency_steps": st.integers(0, 50),
         "line_sensor": st.fixed_dictionaries(
-            {"pitch_m": st.floats(0.0, 0.1)}, optional={"line_m": st.floats(0.001, 0.1)}
+            {"pitch_m": numbers(0.0, 0.1)}, optional={"line_m": numbers(0.001, 0.1)}
         ),
         "wheel_loop": st.sampled_from(["fuzzy_pid", "pid", "ideal"]),
         "plant": st.sampled_from(["A", "B", "A0", "C"]),
         "tables": st.sampled_from(["textbook", "symmetric"]),
         "wheel_noise_radps": fractions(0.0, 0.1),
-        "heading_noise_rad": st.floats(0.0, 0.02),
+        "heading_noise_rad": numbers(0.0, 0.02),
     },
 )
 people = st.fixed_dictionaries(
@@ -64,7 +70,7 @@ people = st.fixed_dictionaries(
         "force": st.fixed_dictionaries(
             {},
             optional={
-                "relaxation_time_s": st.floats(0.1, 2.0),
+                "relaxation_time_s": numbers(0.1, 2.0),
                 "person_strength_mps2": fractions(0.0, 40.0),
                 "robot_strength_mps2": fractions(0.0, 40.0),
                 "wall_strength_mps2": fractions(0.0, 60.0),
@@ -80,10 +86,10 @@ sensors = st.fixed_dictionaries(
             {},
             optional={
                 "noise_m": fractions(0.0, 2.0),
-                "range_m": st.floats(0.5, 8.0),
-                "half_cone_rad": st.floats(0.01, 1.0),
+                "range_m": numbers(0.5, 8.0),
+                "half_cone_rad": numbers(0.01, 1.0),
                 "gaussian": st.booleans(),
-                "miss_angle_rad": st.floats(0.2, 1.6),
+                "miss_angle_rad": numbers(0.2, 1.6),
                 "cross_talk": shares,
                 "sequential": st.booleans(),
             },
@@ -105,7 +111,7 @@ configs = st.fixed_dictionaries(
     optional={
         "tier": st.sampled_from(["sonar", "tracks", "privileged"]),
         "action_type": st.sampled_from(["continuous", "discrete"]),
-        "arrival_tolerance_m": st.floats(0.02, 0.5),
+        "arrival_tolerance_m": numbers(0.02, 0.5),
         "clock": clocks,
         "drive": drives,
         "people": people,

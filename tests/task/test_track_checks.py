@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hazbot_gym.task.track_checks import doubts, median_speed, walking_speed
+from hazbot_gym.task.track_checks import GUESS, doubts, median_speed, walking_speed
 from hazbot_gym.task.tracks import Reading, Recording
 
 
@@ -41,6 +41,15 @@ def test_probable_recording_raises_no_doubt() -> None:
 
     assert doubts(usual) == []
     assert doubts(replace(usual, reading=None)) == []
+
+
+@pytest.mark.parametrize(("unit", "is_said"), [("cm", True), ("m", False)])
+def test_a_unit_other_than_the_meter_is_never_guessed_in_silence(unit: str, is_said: bool) -> None:
+    usual = recording()
+    assert usual.reading is not None
+    guessed = replace(usual, reading=usual.reading._replace(unit=unit, unit_from=GUESS))
+
+    assert [line.split(";")[0] for line in doubts(guessed)] == is_said * ["its unit is not given"]
 
 
 def test_notes_of_the_reader_are_passed_on() -> None:
