@@ -62,11 +62,8 @@ def stretch_of(table: RecordedTable, place: int, start: int) -> Stretch:
 
 
 @scalar
-def rows_from(stretch: Stretch, slot: int, step: int) -> tuple[int, int]:
-    """Return the row of the position in a slot at a step, and the row after the person's last.
-
-    Nobody is there if the first is not below the second.
-    """
+def stay_at(stretch: Stretch, slot: int, step: int) -> int:
+    """Return the last stay in a slot that has begun by a step; -1 if none has."""
     now, first = stretch.start + step, stretch.slots[slot]
     low, high = first, stretch.slots[slot + 1]
     while low < high:
@@ -75,9 +72,25 @@ def rows_from(stretch: Stretch, slot: int, step: int) -> tuple[int, int]:
             low = middle + 1
         else:
             high = middle
-    if low == first:
+    return -1 if low == first else low - 1
+
+
+@scalar
+def rows_of(stretch: Stretch, stay: int, step: int) -> tuple[int, int]:
+    """Return the row of a stay's position at a step, and the row after its last.
+
+    Nobody is there, or no more, if the first is not below the second.
+    """
+    if stay < 0:
         return 0, 0
-    return stretch.offsets[low - 1] + now - stretch.firsts[low - 1], stretch.offsets[low]
+    now = stretch.start + step
+    return stretch.offsets[stay] + now - stretch.firsts[stay], stretch.offsets[stay + 1]
+
+
+@scalar
+def rows_from(stretch: Stretch, slot: int, step: int) -> tuple[int, int]:
+    """Return ``rows_of`` the stay in a slot at a step."""
+    return rows_of(stretch, stay_at(stretch, slot, step), step)
 
 
 NO_STRETCH = stretch_of(NO_RECORDING, 0, 0)

@@ -80,12 +80,10 @@ PERSON = np.dtype(
         ("offset", "f8"),  # lateral offset from the route, left positive [m]
         ("sidestep_s", "f8"),  # arc length at which a scripted walker has stepped aside [m]
         ("sidestep_offset", "f8"),  # its lateral offset from then on [m]
-        ("route", "i4"),  # row of the place's routes; slot of the recording for REPLAY
+        ("route", "i4"),  # row of the routes; for REPLAY while PRESENT the stay in the recording
         ("model", "i4"),  # SCRIPTED, SOCIAL_FORCE or REPLAY
         ("reaction", "i4"),  # row of the reaction table (REACTION_NAMES)
         ("status", "i4"),  # WAITING, PRESENT or GONE
-        ("row", "i4"),  # of the recording's positions at the next step, for REPLAY while PRESENT
-        ("end", "i4"),  # the row after the last one of this person
         ("blocked", "f8"),  # share of the desired speed that the robot takes away, in [0, 1]
         ("next_vx", "f8"),  # velocity being worked out, while the old ones are still in use
         ("next_vy", "f8"),

@@ -13,7 +13,7 @@ from hazbot_gym.core.elementary import sin_cos
 from hazbot_gym.core.entries import pass_on
 from hazbot_gym.core.geometry import norm, route_pose
 from hazbot_gym.core.jit import routine, scalar
-from hazbot_gym.core.recorded_table import Stretch, rows_from
+from hazbot_gym.core.recorded_table import Stretch, rows_of, stay_at
 from hazbot_gym.core.social_force import SocialForce
 from hazbot_gym.core.state import (
     GONE,
@@ -60,21 +60,21 @@ def _follow_script(me: Record, routes: Floats, dt_s: float) -> None:
 
 @scalar
 def _follow_recording(
-    me: Record, robot: Record, recording: Stretch, step: int, dt_s: float
+    people: Records, i: int, robot: Record, recording: Stretch, step: int, dt_s: float
 ) -> None:
-    """Set the next velocity of a replayed person.
+    """Set the next velocity of replayed person i.
 
     People walk as recorded, but round a robot that stands in their way: nobody there had one to
     see.
     """
+    me = people[i]
     if step + 1 >= recording.steps:
         me.status = GONE
         return
-    row, end = me.row, me.end
-    if me.status != PRESENT or row + 1 >= end:
-        row, end = rows_from(recording, me.route, step)
-        me.end = end
-    me.row = row + 1
+    row, end = rows_of(recording, me.route if me.status == PRESENT else -1, step)
+    if row + 1 >= end:
+        me.route = stay_at(recording, i, step)
+        row, end = rows_of(recording, me.route, step)
     if row + 1 >= end:
         me.status = WAITING
         return
@@ -139,7 +139,7 @@ def begin_social_step(
     for i in range(people.shape[0]):
         me = people[i]
         if me.model == REPLAY:
-            _follow_recording(me, robot, recording, step, dt_s)
+            _follow_recording(people, i, robot, recording, step, dt_s)
         elif me.status == PRESENT:
             if me.model == SCRIPTED:
                 _follow_script(me, place.routes, dt_s)
