@@ -31,6 +31,11 @@ from hazbot_gym.study.config import load_study
 from hazbot_gym.study.train_config import load_training
 from hazbot_gym.task.track_files import read_tracks
 
+# Doubts are answers, too.
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::hazbot_gym.errors.DoubtfulPlace", "ignore::hazbot_gym.errors.DoubtfulRecording"
+)
+
 CONFIGS = Path(__file__).parent.parent / "configs"
 
 ODD_VALUES: tuple[Any, ...] = (

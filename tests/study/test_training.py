@@ -138,6 +138,7 @@ def test_a_finished_run_is_not_trained_again(tmp_path: Path) -> None:
     assert (tmp_path / "policy.npz").read_bytes() == written
 
 
+@pytest.mark.filterwarnings("ignore:.*no robot arrives:hazbot_gym.errors.DoubtfulPlace")
 def test_an_edited_place_or_teacher_is_noticed_and_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -27,6 +27,7 @@ import os, signal, time
 from hazbot_gym.study.workers import processes
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it
     try:
         with processes(2) as pool:
             pool.submit(os.getpid).result()
