@@ -267,17 +267,18 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
 
     def _info(self) -> dict[str, Any]:
         """Return what is told after every reset and step, always under the same keys."""
-        decision = self._decision[0]
+        # All fields at once: one by one they take longer.
+        *_, outcome, cause, speed_mps, _ = self._decision.item()
         return {
             "scenario_key": self._key,
             "place": self._place,
             "time_free_s": self._time_free_s,
             "time_s": self._world.time_s,
             "reward_terms": dict(zip(TERMS, self._terms.tolist(), strict=True)),
-            "cost": safety_cost(self._terms, decision["cause"]),
-            "outcome": OUTCOME_NAMES[decision["outcome"]],
-            "contact_caused_by": CAUSE_NAMES[decision["cause"]],
-            "contact_speed_mps": float(decision["speed_mps"]),
+            "cost": safety_cost(self._terms, cause),
+            "outcome": OUTCOME_NAMES[outcome],
+            "contact_caused_by": CAUSE_NAMES[cause],
+            "contact_speed_mps": speed_mps,
         }
 
     def _free_time_s(self) -> float:
