@@ -399,6 +399,12 @@ def make_config(
         raise InvalidInput(first_error(error)) from error
 
 
+def horizon_in(given: Config | Mapping[str, Any] | str | Path | None, scenario: object) -> Any:
+    """Return the ``max_episode_steps`` that a config, or else a named scenario, gives; or None."""
+    named = SCENARIOS.get(scenario, {}) if isinstance(scenario, str) else {}
+    return {**named, **_deltas(given)}.get("max_episode_steps")
+
+
 def _deltas(given: Config | Mapping[str, Any] | str | Path | None) -> Mapping[str, Any]:
     """Return as a mapping what ``make_config`` was given."""
     if isinstance(given, Config):

@@ -21,6 +21,7 @@ from hazbot_gym.core.state import Floats
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.registration import NAMESPACE
 from hazbot_gym.envs.sb3_singles import Functions, Singles
+from hazbot_gym.envs.spec import horizon_of_spec
 from hazbot_gym.envs.vector import CorridorVectorEnv
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.task.reward import TERMS
@@ -80,8 +81,8 @@ class CorridorVecEnv(VecEnv):
             given = {"config": self._singles.config, "render_mode": self._singles.render_mode}
             num_envs, arguments = len(num_envs), {**given, **arguments}
         elif id is not None:
-            limit = spec.max_episode_steps  # of a user's own id; ours leave it to the config
-            horizon = {"max_episode_steps": limit} if limit else {}
+            is_said = "max_episode_steps" in arguments
+            horizon = {} if is_said else horizon_of_spec(spec, arguments)
             arguments = {**spec.kwargs, **horizon, **arguments}
         self.worlds = CorridorVectorEnv(
             num_envs, autoreset_mode=AutoresetMode.SAME_STEP, **arguments

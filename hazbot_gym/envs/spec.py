@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import copy
 import sys
+from collections.abc import Callable, Mapping
 from types import FrameType
 from typing import Any, Protocol
 
@@ -16,7 +17,10 @@ import gymnasium
 from gymnasium.envs.registration import EnvSpec
 from pydantic_core import to_jsonable_python
 
-from hazbot_gym.config import Config, plain
+from hazbot_gym.config import Config, horizon_in, plain
+from hazbot_gym.errors import InvalidInput
+
+HORIZON = "max_episode_steps"
 
 
 class _HasConfig(Protocol):
@@ -44,16 +48,63 @@ def horizon_given_to_make(env: object) -> dict[str, Any]:
     outcome in ``info``. To be called by the environment's constructor, which ``make`` calls
     itself, or through a subclass's constructor or a function; not one that another
     environment contains.
+
+    Raises:
+        InvalidInput: A config asks for another horizon than the spec.
     """
-    frame: FrameType | None = sys._getframe(2)
-    while frame is not None and frame.f_code is not gymnasium.make.__code__:
+    called = _locals_of(gymnasium.make, env)
+    given = called.get("max_episode_steps")
+    if given is not None:
+        return {} if given == -1 else {"max_episode_steps": given}  # -1: "no TimeLimit"
+    return horizon_of_spec(called["env_spec"], called["kwargs"]) if called else {}
+
+
+def horizon_given_to_make_vec(env: object, overrides: dict[str, Any]) -> dict[str, Any]:
+    """Return overrides, among which ``make_vec`` puts the horizon of a spec.
+
+    Raises:
+        InvalidInput: A config asks for another one.
+    """
+    called = _locals_of(gymnasium.make_vec, env)
+    if not called or HORIZON in called["kwargs"] or HORIZON not in overrides:
+        return overrides
+    horizon = horizon_of_spec(called["env_spec"], called["kwargs"], overrides[HORIZON])
+    return overrides | horizon
+
+
+def horizon_of_spec(
+    spec: EnvSpec, given: Mapping[str, Any], limit: int | None = None
+) -> dict[str, Any]:
+    """Return the horizon of a spec as an override.
+
+    Args:
+        spec: From which an environment is made.
+        given: Arguments beside it, of which config and scenario may ask for a horizon.
+        limit: The spec's horizon, where it stands among its arguments.
+
+    Raises:
+        InvalidInput: They ask for another one.
+    """
+    limit = spec.max_episode_steps if limit is None else limit
+    if limit is None or limit == -1:
+        return {}
+    asked = horizon_in(given.get("config"), given.get("scenario"))
+    if asked not in (None, limit):
+        raise InvalidInput(
+            f"{HORIZON}: given {asked!r} by config or scenario, but the spec of {spec.id} ends "
+            f"episodes at {limit}; give {HORIZON} beside them, which counts for both"
+        )
+    return {HORIZON: limit}
+
+
+def _locals_of(maker: Callable[..., object], env: object) -> dict[str, Any]:
+    """Return the local names of the call of ``maker`` that makes an environment, if there is one.
+
+    To be called by what the environment's constructor calls.
+    """
+    frame: FrameType | None = sys._getframe(3)
+    while frame is not None and frame.f_code is not maker.__code__:  # type: ignore[attr-defined]
         if frame.f_code.co_name == "__init__" and frame.f_locals.get("self") is not env:
             return {}
         frame = frame.f_back
-    if frame is None:
-        return {}
-    given = frame.f_locals["max_episode_steps"]
-    if given is None:
-        given = frame.f_locals["env_spec"].max_episode_steps
-    is_unlimited = given is None or given == -1  # -1: Gymnasium's "no TimeLimit"
-    return {} if is_unlimited else {"max_episode_steps": given}
+    return {} if frame is None else dict(frame.f_locals)

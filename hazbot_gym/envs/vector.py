@@ -34,7 +34,7 @@ from hazbot_gym.envs.batch_input import (
 )
 from hazbot_gym.envs.batch_viewer import BatchViewer
 from hazbot_gym.envs.corridor import spaces_of
-from hazbot_gym.envs.spec import CompleteSpec
+from hazbot_gym.envs.spec import CompleteSpec, horizon_given_to_make_vec
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.batch import GROUP, allocate, mechanics
 from hazbot_gym.sim.drive import free_time_s
@@ -110,6 +110,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         self._thread_count = count_of(
             processors.usable() if threads is None else threads, "threads"
         )
+        overrides = horizon_given_to_make_vec(self, overrides)
         self.config = make_config(config, preset=preset, scenario=scenario, **overrides)
         self.render_mode = render_mode
         self.autoreset_mode = autoreset_mode_of(autoreset_mode)

@@ -222,6 +222,37 @@ def test_horizon_that_make_was_asked_for_is_the_one_that_is_run(
         assert steps[-1].info["outcome"] == "timeout"
 
 
+@pytest.mark.parametrize("vector", [False, True])
+@pytest.mark.parametrize(
+    ("arguments", "horizon"),
+    [
+        ({"config": {"max_episode_steps": 20}}, None),
+        ({"config": {"max_episode_steps": 50}}, None),
+        ({"scenario": "circle+human"}, None),
+        ({"config": {"tier": "sonar"}}, 30),
+        ({"config": {"max_episode_steps": 50}, "max_episode_steps": 40}, 40),
+    ],
+    ids=str,
+)
+def test_horizon_of_an_own_spec_is_not_contradicted_silently(
+    arguments: dict[str, Any], horizon: int | None, *, vector: bool
+) -> None:
+    registered = gymnasium.spec(IDS[0])
+    spec = EnvSpec(
+        "Own-v0",
+        registered.entry_point,
+        max_episode_steps=30,
+        vector_entry_point=registered.vector_entry_point,
+    )
+    made = gymnasium.make_vec if vector else gymnasium.make
+    if horizon is None:
+        with pytest.raises(InvalidInput, match=r"^max_episode_steps: given .* Own-v0 .* at 30"):
+            made(spec, **arguments)
+        return
+    env: Any = made(spec, **arguments)
+    assert env.unwrapped.config.max_episode_steps == env.spec.max_episode_steps == horizon
+
+
 @pytest.mark.parametrize("horizon", [0, -5, "abc", 7.5, [20], True, 10**12])
 def test_horizon_that_is_none_is_refused_in_one_line(horizon: Any) -> None:
     for arguments in ({"max_episode_steps": horizon}, {"config": {"max_episode_steps": horizon}}):
