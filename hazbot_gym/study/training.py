@@ -97,7 +97,7 @@ def train(
     read = inputs.digests(inputs.of_training(config, allowed))
     claim(out, config.identity(), resume=resume, inputs=read)
     model, teacher = make_all(config, allowed)
-    with sole_use(out), disk_errors_told_once():
+    with sole_use(out), disk_errors_told_once(out):
         if not (out / MANIFEST).exists():
             write_json(out / MANIFEST, {**manifest(config), "inputs": read})
         return _run(config, out, model, teacher, resume=resume, console=console)

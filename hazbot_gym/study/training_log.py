@@ -7,6 +7,7 @@ import threading
 import time
 from collections import Counter, deque
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from rich.console import Console
 from rich.progress import BarColumn
 from stable_baselines3.common.callbacks import BaseCallback
 
+from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.outcome import OUTCOME_NAMES
 from hazbot_gym.task.reward import TERMS
 from hazbot_gym.utils import terminal
@@ -34,8 +36,12 @@ USUAL_EPISODES = 100
 
 
 @contextlib.contextmanager
-def disk_errors_told_once() -> Iterator[None]:
-    """Let TensorBoard's thread print no traceback of a disk error, which its next call raises."""
+def disk_errors_told_once(out: Path) -> Iterator[None]:
+    """Let TensorBoard's thread print no traceback of a disk error, which its next call raises.
+
+    Raises:
+        InvalidInput: A file of the folder ``out`` cannot be written, and the error names none.
+    """
     usual = threading.excepthook
 
     def hook(arguments: threading.ExceptHookArgs) -> None:
@@ -45,6 +51,10 @@ def disk_errors_told_once() -> Iterator[None]:
     threading.excepthook = hook
     try:
         yield
+    except OSError as error:
+        if error.filename:
+            raise
+        raise InvalidInput(f"out: cannot write in {str(out)!r}: {error.strerror}") from error
     finally:
         threading.excepthook = usual
 
