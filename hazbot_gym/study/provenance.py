@@ -38,9 +38,9 @@ def commit() -> str | None:
     """Return the git commit of the checkout, ``-dirty`` if it was edited; None for an install."""
     if not (PACKAGE.parent / ".git").exists():
         return None
-    command = ["git", "-C", str(PACKAGE.parent), "describe", "--always", "--dirty", "--abbrev=40"]
     try:
-        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+        name = _git("describe", "--always", "--abbrev=40")
+        return f"{name}-dirty" if _git("status", "--porcelain", "--untracked-files=no") else name
     except (OSError, subprocess.CalledProcessError):
         return None
 
@@ -72,6 +72,12 @@ def machine() -> dict[str, str | int]:
         "python": platform.python_version(),
         "numba": _version("numba"),
     }
+
+
+def _git(*arguments: str) -> str:
+    """Return what git says of the checkout, of which it writes nothing, not even its index."""
+    command = ["git", "--no-optional-locks", "-C", str(PACKAGE.parent), *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
 
 
 @functools.cache

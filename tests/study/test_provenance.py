@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import os
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -37,6 +39,29 @@ def test_an_install_outside_a_checkout_has_no_commit(
 ) -> None:
     monkeypatch.setattr(provenance, "PACKAGE", tmp_path / "hazbot_gym")
     assert provenance.commit() is None
+
+
+def git(checkout: Path, *arguments: str) -> str:
+    who = ("-c", "user.name=a", "-c", "user.email=a@b.c")
+    command = ["git", "-C", str(checkout), *who, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+
+
+def test_an_edited_checkout_is_said_to_be_and_its_index_is_left_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(provenance, "PACKAGE", tmp_path / "hazbot_gym")
+    (tmp_path / "code.py").write_text("a = 1")
+    git(tmp_path, "init")
+    git(tmp_path, "add", "code.py")
+    git(tmp_path, "commit", "-m", "first")
+    head = git(tmp_path, "rev-parse", "HEAD")
+    os.utime(tmp_path / "code.py", (0, 0))  # git would write the new time into its index
+    index = (tmp_path / ".git" / "index").read_bytes()
+    assert provenance.commit() == head
+    assert (tmp_path / ".git" / "index").read_bytes() == index
+    (tmp_path / "code.py").write_text("a = 2")
+    assert provenance.commit() == f"{head}-dirty"
 
 
 def test_versions_name_what_is_installed() -> None:
