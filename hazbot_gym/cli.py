@@ -20,7 +20,7 @@ import typer
 
 from hazbot_gym import __version__
 from hazbot_gym.errors import HazbotError, InvalidInput
-from hazbot_gym.utils import terminal
+from hazbot_gym.utils import interrupts, terminal
 
 # What the system answers where a folder or a disk that the user named cannot be used.
 _UNUSABLE = frozenset(
@@ -111,6 +111,7 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         terminal.tolerate(stream)
     terminal.warn_in_one_line()
+    interrupts.repeat_ignored_interrupts()
     app(prog_name="hazbot")
 
 
