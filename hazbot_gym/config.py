@@ -418,12 +418,12 @@ def _deltas(given: Config | Mapping[str, Any] | str | Path | None) -> Mapping[st
 
 
 def plain(value: Any) -> Any:
-    """Return deltas with Python's numbers in place of NumPy's, which strict types refuse."""
+    """Return deltas with Python's numbers and lists in place of NumPy's."""
     if isinstance(value, Mapping):
         return {key: plain(each) for key, each in value.items()}
     if type(value) in (list, tuple):
         return [plain(each) for each in value]
-    return value.item() if isinstance(value, np.generic) else value
+    return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
 
 
 def first_error(error: ValidationError, model: type[BaseModel] = Config) -> str:

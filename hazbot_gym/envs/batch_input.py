@@ -101,6 +101,6 @@ def seeds_of(given: Seeds, worlds: int) -> list[int | None]:
     return [None if seed is None else whole_number(seed, "seed", 0) for seed in seeds]
 
 
-def generator_of(seed: int | None) -> np.random.Generator:
-    """Return the generator that ``CorridorEnv`` has after ``reset(seed=seed)``."""
-    return np_random(seed)[0]
+def generator_of(seed: int | None) -> tuple[np.random.Generator, int]:
+    """Return the generator that ``CorridorEnv`` has after ``reset(seed=seed)``, and its seed."""
+    return np_random(seed)

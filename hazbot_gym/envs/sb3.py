@@ -25,6 +25,7 @@ from hazbot_gym.envs.spec import horizon_of_spec
 from hazbot_gym.envs.vector import CorridorVectorEnv
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.task.reward import TERMS
+from hazbot_gym.utils.whole_number import whole_number
 
 try:
     from stable_baselines3.common.monitor import Monitor
@@ -114,6 +115,19 @@ class CorridorVecEnv(VecEnv):
         self._starts = [_running(start) for start in self.reset_infos]
         return observations
 
+    def seed(self, seed: int | None = None) -> Sequence[int | None]:
+        """Seed world i by ``seed + i`` at the next reset."""
+        return super().seed(None if seed is None else whole_number(seed, "seed", 0))
+
+    def set_options(self, options: Any = None) -> None:
+        """Set the options of the next reset: a dictionary for all worlds, or one for each."""
+        each = options if isinstance(options, list | tuple) else [options or {}] * self.num_envs
+        if not all(isinstance(one, dict) for one in each):
+            raise InvalidInput(
+                f"reset options: given {options!r}, allowed is a dict, or a list of one a world"
+            )
+        super().set_options(list(each))
+
     def step_async(self, actions: npt.NDArray[Any]) -> None:
         """Note the actions."""
         self._actions = actions
@@ -161,7 +175,8 @@ class CorridorVecEnv(VecEnv):
         if callable(value):
             raise AttributeError(f"{attr_name}: there are no single environments behind a batch")
         is_listed = attr_name in ("np_random", "np_random_seed") and isinstance(value, tuple)
-        return [value[i] if is_listed else value for i in self._get_indices(indices)]
+        values = value if is_listed else [value] * self.num_envs
+        return [values[i] for i in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
         """Refuse: the worlds share one config, which is frozen."""

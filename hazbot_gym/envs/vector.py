@@ -125,6 +125,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         self._threads = Threads(max(self._thread_count - 1, 1))
         self.closed = False
         self._generators: list[np.random.Generator] = []
+        self._seeds: list[int] = []  # of the generators
         self._allocate()
         self._viewer = None
         if render_mode is not None:
@@ -188,10 +189,12 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
                 scenario of that key, a list for one in each world.
         """
         mask, keys = reset_options_of(options, self.num_envs)
-        seeds = seeds_of(seed, self.num_envs)
+        if seed is None and not self._generators:
+            seed = int(self.np_random_seed)  # drawn by Gymnasium; repeats what follows
+        self._seed(seeds_of(seed, self.num_envs), mask)
         if seed is not None:  # what the attribute tells; worlds have their own generators
-            self._np_random_seed = seeds[0] if isinstance(seed, int | np.integer) else tuple(seeds)
-        self._seed(seeds, mask)
+            is_root = isinstance(seed, int | np.integer) and mask.all()
+            self._np_random_seed = int(seed) if is_root else tuple(self._seeds)  # type: ignore[arg-type, assignment]
         self._refill(mask & (self._episodes.used >= KEYS_AHEAD))
         for i in np.flatnonzero(mask):
             if keys[i] is not None:  # instead of the one drawn, as CorridorEnv does
@@ -264,6 +267,11 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         """Stop the threads; closing twice does no harm."""
         self._threads.close()
 
+    @VectorEnv.np_random.setter  # type: ignore[attr-defined, misc]
+    def np_random(self, value: object) -> None:
+        """Refuse: each world has a generator of its own, whose seed ``reset`` takes."""
+        raise InvalidInput(f"np_random: given {value!r}, allowed is reset(seed=...)")
+
     # --- inside ----------------------------------------------------------------------------------
 
     def _times_s(self) -> Floats:
@@ -318,11 +326,12 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
     def _seed(self, seeds: list[int | None], mask: Bools) -> None:
         """Give generators to the worlds that are seeded, and to all that have none."""
         if not self._generators:
-            self._generators = [generator_of(value) for value in seeds]
+            made = [generator_of(value) for value in seeds]
+            self._generators, self._seeds = map(list, zip(*made, strict=True))
             return
         for i, value in enumerate(seeds):
             if mask[i] and value is not None:
-                self._generators[i] = generator_of(value)
+                self._generators[i], self._seeds[i] = generator_of(value)
                 self._episodes.used[i] = KEYS_AHEAD
 
     def _refill(self, mask: Bools) -> None:

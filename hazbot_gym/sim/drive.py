@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from hazbot_gym.config import Drive
 
 WHEEL_LOOPS = ("fuzzy_pid", "pid", "ideal")
+MOST_STEPS_ALONE = 20_000_000  # seconds of computing; a path of kilometers takes fewer
 LOST_M = 1.0  # along-track error with which nobody arrives: the wheel loop has diverged
 
 
@@ -205,7 +206,8 @@ def free_time_s(
     It has arrived when ``s + x_e``, its own place on the path, is within the tolerance of the end.
 
     Raises:
-        InvalidInput: the drive does not reach the end in ten times the time at nominal speed.
+        InvalidInput: the drive does not reach the end in ten times the time at nominal speed, or
+            that time is far beyond every episode.
     """
     robots, wheels = records(ROBOT, 1), records(WHEEL, 2)
     quiet = parameters.copy()
@@ -215,6 +217,12 @@ def free_time_s(
     dt_s, nominal_mps = float(quiet["dt_s"][0]), float(quiet["nominal_speed_mps"][0])
     length_m = path_length(path.view(np.recarray))
     horizon = int((10.0 * length_m / nominal_mps + 10.0) / dt_s)
+    if horizon > MOST_STEPS_ALONE:
+        raise InvalidInput(
+            f"drive: a path of {length_m:.2f} m takes {length_m / nominal_mps:.4g} s at "
+            f"nominal_speed_mps = {nominal_mps:g}; allowed are at most "
+            f"{(MOST_STEPS_ALONE * dt_s - 10.0) / 10.0:.4g} s in physics steps of {dt_s:g} s"
+        )
     goal_m = length_m - arrival_tolerance_m
     lanes = records(DRIVE_LANES, 1)
     steps = _steps_to_end(robots, wheels, path, goal_m, quiet, gain_table, horizon, lanes)

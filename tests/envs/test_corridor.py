@@ -260,6 +260,17 @@ def test_horizon_that_is_none_is_refused_in_one_line(horizon: Any) -> None:
             gymnasium.make(IDS[0], **arguments)
 
 
+def test_path_that_takes_far_longer_than_any_episode_is_refused_at_once() -> None:
+    with pytest.raises(InvalidInput, match="nominal_speed_mps = 1e-09; allowed are at most"):
+        CorridorEnv(drive={"nominal_speed_mps": 1e-9}).reset(seed=0)
+
+
+def test_arrays_will_do_for_lists_and_are_told_as_lists() -> None:
+    env: Any = gymnasium.make(IDS[0], people={"mix": np.array([1.0, 0.0, 0.0, 0.0])})
+    assert env.unwrapped.config.people.mix == (1.0, 0.0, 0.0, 0.0)
+    assert EnvSpec.from_json(env.spec.to_json()).kwargs["people"] == {"mix": [1.0, 0.0, 0.0, 0.0]}
+
+
 def test_unknown_keyword_is_the_type_error_that_torchrl_looks_for() -> None:
     with pytest.raises(TypeError, match="unexpected keyword argument 'frameskip'") as caught:
         gymnasium.make(IDS[0], frameskip=4)

@@ -276,6 +276,34 @@ def test_a_pickled_batch_goes_on_alike() -> None:
         assert all(np.array_equal(mine, others) for mine, others in zip(one, other, strict=True))
 
 
+def test_seeds_of_worlds_are_told_whether_given_or_not() -> None:
+    envs = CorridorVecEnv(2)
+    envs.reset()
+    keys = [info["scenario_key"] for info in envs.reset_infos]
+    again = CorridorVecEnv(2)
+    again._seeds = envs.get_attr("np_random_seed")
+    again.reset()
+    assert [info["scenario_key"] for info in again.reset_infos] == keys
+    envs.seed(5)
+    envs.reset()
+    envs.reset()
+    assert envs.get_attr("np_random_seed") == [5, 6]
+    with pytest.raises(IndexError):
+        envs.get_attr("np_random_seed", 2)
+
+
+@pytest.mark.parametrize("options", [3, "key", [1, 2], [{"key": 7}, None]], ids=str)
+def test_options_that_are_none_are_refused(options: Any) -> None:
+    with pytest.raises(InvalidInput, match="^reset options: given .*, allowed is a dict"):
+        CorridorVecEnv(2).set_options(options)
+
+
+@pytest.mark.parametrize("seed", ["abc", 1.5, -1])
+def test_seed_that_is_none_is_refused(seed: Any) -> None:
+    with pytest.raises(InvalidInput, match="^seed: given"):
+        CorridorVecEnv(2, seed=seed)
+
+
 def test_options_are_used_once_in_all_worlds_or_in_each() -> None:
     envs = CorridorVecEnv(3, seed=0)
     envs.set_options({"key": 7})

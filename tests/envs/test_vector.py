@@ -274,6 +274,20 @@ def test_seed_of_the_last_reset_is_told() -> None:
     assert envs.np_random_seed == 7
     envs.reset(seed=[3, 4])
     assert envs.np_random_seed == (3, 4)
+    envs.reset(seed=[None, 5])
+    assert envs.np_random_seed == (3, 5)
+
+
+def test_seed_of_a_batch_that_was_given_none_repeats_its_episodes() -> None:
+    envs, again = CorridorVectorEnv(2), CorridorVectorEnv(2)
+    first = envs.reset()[1]["scenario_key"]
+    seed: Any = envs.np_random_seed
+    np.testing.assert_array_equal(again.reset(seed=seed)[1]["scenario_key"], first)
+
+
+def test_generator_that_no_world_would_draw_from_is_refused() -> None:
+    with pytest.raises(InvalidInput, match=r"^np_random: given Generator.*reset\(seed="):
+        CorridorVectorEnv(2).np_random = np.random.default_rng(0)
 
 
 def test_make_vec_passes_on_mode_and_overrides() -> None:
