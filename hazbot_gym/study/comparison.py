@@ -95,10 +95,10 @@ def _run_study(
     """Run what is missing of a study whose folder is claimed; ``about`` is its manifest."""
     if not (out / records.MANIFEST).exists():
         files.write_json(out / records.MANIFEST, about)  # says whose folder it is from now on
+    stamps = Stamps(study, allowed)
     waiting = entrants.jobs(study, out, allowed, console)
     _prepare(waiting, workers=workers, console=console)
     taking_part = entrants.entrants(study, out)
-    stamps = Stamps(study, allowed)
     shards = list(plan(study, out, taking_part, stamps))
     marks = list(plan_yardstick(study, out, taking_part, stamps))
     missing = _missing([*shards, *marks], console)
@@ -106,7 +106,7 @@ def _run_study(
         records.withdraw(out)  # results of an earlier state do not stand beside a new manifest
         about["entrants"] = entrants.portable(taking_part, out)
         files.write_json(out / records.MANIFEST, about)
-    _run(missing, workers=workers, console=console)
+    _run(missing, stamps, workers=workers, console=console)
     rows = records.join([_read(shard) for shard in shards])
     best = records.join([_read(shard) for shard in marks]) if marks else None
     summary = summarise(rows, study, best)
@@ -251,7 +251,7 @@ def _prepare(waiting: list[Job], *, workers: int, console: Console) -> None:
             progress.advance(task)
 
 
-def _run(shards: list[Shard], *, workers: int, console: Console) -> None:
+def _run(shards: list[Shard], stamps: Stamps, *, workers: int, console: Console) -> None:
     """Run shards and write each as soon as it is done."""
     if not shards:
         return
@@ -261,6 +261,7 @@ def _run(shards: list[Shard], *, workers: int, console: Console) -> None:
         task = progress.add_task("episodes", total=sum(shard.block.episodes for shard in shards))
         with contextlib.closing(run(shards, workers)) as done:
             for shard, rows in done:
+                stamps.check()
                 records.write_rows(shard.path, rows, shard.stamp)
                 progress.advance(task, shard.block.episodes)
 

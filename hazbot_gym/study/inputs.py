@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import NO_CODE, REGISTER, Permissions
 from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.policies.learned import Learned
@@ -46,15 +47,42 @@ class Stamps:
     def __init__(self, study: StudyConfig, allowed: Permissions = NO_CODE) -> None:
         self.allowed = allowed  # what policies may run; no stamp depends on it
         self._common = provenance.stamp(study.tracks)
+        self._watched: dict[str, tuple[str, tuple[int, int]]] = {}
+        self._watch(provenance.PACKAGE.rglob("*.py"))
         self._environments, tiers = {}, set()
         for scenarios in study.all_sets:
             config, limit = resolve(scenarios)
-            values = (config.model_dump(mode="json"), limit, mark(of_set(scenarios)))
+            files = of_set(scenarios)
+            self._watch(files)
+            values = (config.model_dump(mode="json"), limit, mark(files))
             self._environments[scenarios.name] = values
             tiers.add(config.tier)
         side_by_side = (2,) if study.engine == "batched" else ()
         self._blanks = [(*side_by_side, LAYOUTS[tier].width) for tier in sorted(tiers)]
         self._policies: dict[str, str] = {}
+        for spec in study.policies:  # now, as what is imported later may have been edited
+            self._policy(spec)
+
+    def check(self) -> None:
+        """Make sure that no file was edited since it was stamped.
+
+        Raises:
+            InvalidInput: One was: rows may be made of it as it was, as it is, or of both.
+        """
+        for name, (digest, seen) in self._watched.items():
+            path = Path(name)
+            if path.is_file() and (_state(path) == seen or digests([path])[name] == digest):
+                continue
+            raise InvalidInput(
+                f"{name!r} was edited while the study ran; rows from before are kept, run the same "
+                "command again to go on"
+            )
+
+    def _watch(self, files: Iterable[Path]) -> None:
+        """Note the files that numbers are made of, for ``check``."""
+        states = {path: _state(path) for path in files}
+        found = digests(states)
+        self._watched |= {str(path): (found[str(path)], states[path]) for path in states}
 
     def of(self, values: Mapping[str, Any], scenarios: ScenarioSet, *specs: str) -> str:
         """Return the stamp of what some values say, in a set, with policies."""
@@ -64,7 +92,9 @@ class Stamps:
 
     def _policy(self, spec: str) -> str:
         if spec not in self._policies:
-            self._policies[spec] = mark(of_policy(spec, self._blanks, self.allowed))
+            files = of_policy(spec, self._blanks, self.allowed)
+            self._watch(files)
+            self._policies[spec] = mark(files)
         return self._policies[spec]
 
 
@@ -128,6 +158,12 @@ def mark(paths: Iterable[Path]) -> str:
     """Return a hash of files' names and contents; the folder that they are all in may be moved."""
     found = sorted(_within(digests(paths)))
     return hashlib.sha256(repr(found).encode()).hexdigest()[:16]
+
+
+def _state(path: Path) -> tuple[int, int]:
+    """Return what tells at once that a file was hardly edited: size and time of its last change."""
+    about = path.stat()
+    return about.st_size, about.st_mtime_ns
 
 
 def _within(found: Mapping[str, str]) -> dict[tuple[str, str], str]:

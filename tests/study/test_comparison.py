@@ -327,3 +327,35 @@ def test_bad_input_shows_before_anything_is_written(
         run_study(load_study(episodes=1, **change), tmp_path / "out")
     assert "\n" not in str(raised.value)
     assert not (tmp_path / "out").exists()
+
+
+RESTLESS = """
+import pathlib
+import numpy as np
+SPEED = pathlib.Path(__file__).with_name("speed_of_restless.txt")
+class Restless:
+    def __init__(self):
+        self.speed = float(SPEED.read_text())
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        if pathlib.Path("out/shards").exists() and self.speed == 1.0:
+            if any(pathlib.Path("out/shards").iterdir()):
+                SPEED.write_text("0.5")
+        return np.full((*np.shape(observation)[:-1], 1), self.speed, np.float32), state
+"""
+
+
+def test_file_that_is_edited_during_a_run_ends_it_before_its_rows_are_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "restless_under_test.py").write_text(RESTLESS)
+    speed = tmp_path / "speed_of_restless.txt"
+    speed.write_text("1.0")
+    study = STUDY.model_copy(update={"policies": ("restless_under_test:Restless",)})
+    with pytest.raises(InvalidInput, match="speed_of_restless.txt' was edited while the study ran"):
+        run_study(study, Path("out"), workers=1, allowed=CODE)
+    assert len(list(Path("out/shards").iterdir())) == 1
+    run_study(study, Path("out"), workers=1, allowed=CODE)
+    speeds = pd.read_parquet("out/episodes.parquet")["mean_speed_mps"]
+    assert (speeds < 0.45).all()
