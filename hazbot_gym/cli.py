@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import json
+import os
 import re
 import shlex
 import sys
@@ -108,6 +109,8 @@ AllowPickle = Annotated[
 
 def main() -> None:
     """Run the command line."""
+    # Python has none where they were closed (``>&-``).
+    sys.stdout, sys.stderr = (each or open(os.devnull, "w") for each in (sys.stdout, sys.stderr))  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         terminal.tolerate(stream)
     terminal.warn_in_one_line()
@@ -144,7 +147,8 @@ def study(
     out: Annotated[Path | None, typer.Option(help="Folder of the results. [results/study]")] = None,
     episodes: Annotated[int | None, typer.Option(help="Episodes a policy and set.")] = None,
     workers: Annotated[
-        int | None, typer.Option(help="Cores to use; all usable ones if not given.")
+        int | None,
+        typer.Option(help="Cores to use; all usable ones if not given.", min=1, max=1024),
     ] = None,
     seed: Annotated[int | None, typer.Option(help="Root of all seeds.")] = None,
     engine: Annotated[
@@ -165,8 +169,6 @@ def study(
     if not no_report:
         from hazbot_gym.study import report  # what it needs must not be missed after hours of work
 
-    if workers is not None and workers < 1:
-        raise InvalidInput(f"workers: given {workers}, allowed is 1 or more")
     plan = load_study(config, tracks=tracks, episodes=episodes, seed=seed, engine=engine)
     # Results among real people do not push aside the ones without.
     folder = out or Path("results", "study-tracks" if plan.tracks else "study")

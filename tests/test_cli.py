@@ -397,3 +397,9 @@ def test_the_package_runs_as_a_module_and_finds_policies_beside_it(empty_folder:
         [sys.executable, "-m", "hazbot_gym", *arguments], capture_output=True, text=True, check=True
     )
     assert json.loads(done.stdout)["metrics"]["time_ratio"] > 0
+
+
+def test_without_stdout_and_stderr_commands_run() -> None:
+    code = "import sys; sys.stdout = sys.stderr = None; from hazbot_gym.cli import main; main()"
+    done = subprocess.run([sys.executable, "-c", code, "list"], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")

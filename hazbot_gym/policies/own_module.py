@@ -7,6 +7,7 @@ and a policy of the user is to import what it needs from there before its first 
 
 from __future__ import annotations
 
+import ast
 import importlib
 import importlib.util
 import operator
@@ -16,6 +17,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.machinery import ModuleSpec
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from hazbot_gym.errors import InvalidInput
@@ -39,6 +41,7 @@ def load(spec: str) -> Any:
     _refuse_two_of_one_name(spec, module_name.partition(".")[0])
     with working_folder():
         module = called(f"importing {module_name!r}", lambda: _import(spec, module_name))
+        _refuse_hidden_helpers(spec, module_name.partition(".")[0])
     try:
         return operator.attrgetter(attribute)(module)
     except AttributeError:
@@ -100,6 +103,41 @@ def _refuse_two_of_one_name(spec: str, name: str) -> None:
             f"policy: {spec!r} names the installed module {name!r} ({found.origin}), not "
             f"{str(local[0])!r} of the working folder; give that another name"
         )
+
+
+def _refuse_hidden_helpers(spec: str, name: str) -> None:
+    """Refuse a module of the working folder that imports an installed one where its own is, too."""
+    waiting, seen = [name], {__name__.partition(".")[0]}
+    while waiting:
+        top = waiting.pop()
+        seen.add(top)
+        parts = [module for each, module in sys.modules.items() if f"{each}.".startswith(f"{top}.")]
+        for imported in {each for part in parts for each in _imported_by(part)} - seen:
+            about = getattr(sys.modules.get(imported), "__spec__", None)
+            local = [path for path in _files_of(imported) if path.is_file()]
+            if not local or about is None:
+                continue
+            if not _is_local(about, imported):
+                raise InvalidInput(
+                    f"policy: {spec!r} imports the installed module {imported!r} ({about.origin}), "
+                    f"not {str(local[0])!r} of the working folder; give that another name"
+                )
+            waiting.append(imported)
+
+
+def _files_of(name: str) -> tuple[Path, Path]:
+    return Path(f"{name}.py"), Path(name, "__init__.py")
+
+
+def _imported_by(module: ModuleType) -> Iterator[str]:
+    """Yield the first names of what the source of a module imports, in functions, too."""
+    file = getattr(module, "__file__", None) or ""
+    tree = ast.parse(Path(file).read_bytes()) if file.endswith(".py") else ast.Module([], [])
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (each.name.partition(".")[0] for each in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module.partition(".")[0]
 
 
 def _is_local(found: ModuleSpec, name: str) -> bool:

@@ -141,6 +141,21 @@ def digests(paths: Iterable[Path]) -> dict[str, str]:
     return {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in paths}
 
 
+def check_unedited(before: Mapping[str, str]) -> None:
+    """Make sure that files are, while a training runs, those of ``digests`` at its beginning.
+
+    Raises:
+        InvalidInput: One was edited or removed.
+    """
+    for name, digest in before.items():
+        path = Path(name)
+        if not path.is_file() or digests([path])[name] != digest:
+            raise InvalidInput(
+                f"{name!r} was edited while the training ran; bring that file back and go on with "
+                "--resume"
+            )
+
+
 def changed(before: Mapping[str, str], now: Mapping[str, str]) -> str | None:
     """Return the first file that was edited, added or removed, of two ``digests``; else None.
 

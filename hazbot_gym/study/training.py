@@ -17,6 +17,7 @@ bootstrapped, as at the end of every rollout, but their ends are seen a little l
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -100,7 +101,8 @@ def train(
     with sole_use(out), disk_errors_told_once(out):
         if not (out / MANIFEST).exists():
             write_json(out / MANIFEST, {**manifest(config), "inputs": read})
-        return _run(config, out, model, teacher, resume=resume, console=console)
+        stretches = Stretches(config, out, console, read)
+        return _run(config, stretches, model, teacher, resume=resume)
 
 
 def make_all(config: TrainConfig, allowed: Permissions = NO_CODE) -> tuple[Any, Any]:
@@ -119,17 +121,16 @@ def make_all(config: TrainConfig, allowed: Permissions = NO_CODE) -> tuple[Any, 
 
 
 def _run(
-    config: TrainConfig, out: Path, model: Any, teacher: Any, *, resume: bool, console: Console
+    config: TrainConfig, stretches: Stretches, model: Any, teacher: Any, *, resume: bool
 ) -> Result:
     """Run what is left of a training whose folder is claimed."""
-    stretches = Stretches(config, out, console)
     if resume:
         stretches.resume(model)
     if teacher and model.num_timesteps == 0:
         imitate(model, model.get_env(), teacher, config)
-    model.set_logger(configure(str(out / TENSORBOARD), ["tensorboard"]))
+    model.set_logger(configure(str(stretches.out / TENSORBOARD), ["tensorboard"]))
     left = config.steps - model.num_timesteps
-    bar = ProgressBar(console, config.steps)
+    bar = ProgressBar(stretches.console, config.steps)
     callbacks: list[BaseCallback] = [EpisodeLog(), stretches, bar]
     try:
         if left > 0:
@@ -164,9 +165,12 @@ def manifest(config: TrainConfig) -> dict[str, Any]:
 class Stretches(BaseCallback):
     """Cuts a run into stretches: begins each from seeds, ends it by validation and checkpoint."""
 
-    def __init__(self, config: TrainConfig, out: Path, console: Console) -> None:
+    def __init__(
+        self, config: TrainConfig, out: Path, console: Console, read: Mapping[str, str]
+    ) -> None:
         super().__init__()
         self.config, self.out, self.console = config, out, console
+        self.read = read  # digests of the files that the environments are made of
         self.policy_path = out / POLICY
         self.tier = config.environments()[0].tier
         self.residual = config.residual.model_dump() if config.residual else None
@@ -236,6 +240,7 @@ class Stretches(BaseCallback):
         self.seconds += time.perf_counter() - self._began
         driver = on_its_base(self.model, self.residual)
         found = {"step": self.model.num_timesteps, **validate(driver, self.config)}
+        inputs.check_unedited(self.read)  # validations make their environments anew
         for name, value in found.items():
             if value is not None:
                 self.logger.record(f"validation/{name}", value)

@@ -66,7 +66,26 @@ def test_no_file_of_the_working_folder_takes_the_place_of_a_library(
     )
 
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "hazbot: policy: module 'mine_here' has no attribute 'missing'\n"
+    # It is said that the file was passed over.
+    said = "hazbot: policy: 'mine_here:missing' imports the installed module 'yaml' ("
+    assert done.stderr.startswith(said)
+    assert done.stderr.endswith("), not 'yaml.py' of the working folder; give that another name\n")
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("where", ["mine_here.py", "helper_of_mine.py"])
+def test_a_helper_with_the_name_of_an_installed_module_is_not_passed_over_silently(
+    where: str, folder: Path
+) -> None:
+    (folder / "colorsys.py").write_text("SPEED = 1\n")
+    (folder / "not_imported.py").write_text("import colorsys\n")
+    assert policies.make("mine_here:Mine") is not None
+    for name in ("mine_here", "helper_of_mine"):
+        del sys.modules[name]
+
+    (folder / where).write_text((folder / where).read_text() + "from colorsys import rgb_to_hls\n")
+    with pytest.raises(InvalidInput, match="imports the installed module 'colorsys' .*colorsys.py"):
+        policies.make("mine_here:Mine")
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from hazbot_gym.study import training
 from hazbot_gym.study.files import read_json
 from hazbot_gym.study.train_config import PUPILS, TrainConfig, load_training
 from hazbot_gym.study.training import Result, train
+from hazbot_gym.study.validation import validate
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 OWN = Permissions(allow_code=True)
@@ -160,6 +161,28 @@ def test_an_edited_place_or_teacher_is_noticed_and_named(
         assert "\n" not in str(raised.value)
         path.write_text(text)
     train(run, tmp_path / "run", resume=True, allowed=OWN)
+
+
+@pytest.mark.filterwarnings("ignore:.*no robot arrives:hazbot_gym.errors.DoubtfulPlace")
+def test_a_place_that_is_edited_during_a_run_ends_it_before_a_policy_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    place = tmp_path / "lab.yaml"
+    text = "{name: lab, walls: [[0, 2, 9, 2]], path: {points: [[0, 0], [9, 0]]}}"
+    place.write_text(text)
+    run = tiny(overrides={**SHORT, "place": str(place)})
+
+    def edited(policy: Any, config: TrainConfig) -> Any:
+        place.write_text(text.replace("[9, 0]", "[8, 0]"))
+        return validate(policy, config)
+
+    with monkeypatch.context() as context:
+        context.setattr(training, "validate", edited)
+        with pytest.raises(InvalidInput, match="lab.yaml' was edited while the training ran"):
+            train(run, tmp_path / "run")
+    assert not (tmp_path / "run" / "policy.npz").exists()
+    place.write_text(text)
+    train(run, tmp_path / "run", resume=True)
 
 
 def test_a_damaged_result_is_written_again(tmp_path: Path) -> None:
