@@ -174,10 +174,15 @@ def _unit(path: Path, table: Table, known: _Known, speeds: Floats) -> tuple[Unit
         is_walking = low <= median_speed(speeds * metres) <= high
         if is_walking and extent * metres >= SMALLEST_EXTENT_M:
             return unit, metres, GUESS
+    stamps = (
+        ""
+        if table.fps_from != "time column"
+        else (", or its time stamps are not seconds: say so with columns, such as 'time_ms id x y'")
+    )
     walked = ", ".join(f"{median_speed(speeds * m):.3g} m/s in {u}" for u, m in _METRES.items())
     raise InvalidInput(
         f"{path.name}: unit not recognized: people would walk at {walked}, or all within "
-        f"{SMALLEST_EXTENT_M:g} m; fps or columns are wrong, or give units"
+        f"{SMALLEST_EXTENT_M:g} m; fps or columns are wrong, or give units{stamps}"
     )
 
 

@@ -24,7 +24,10 @@ _SYNONYMS = {
     "ymin": ("ymin",),
     "ymax": ("ymax",),
     "lost": ("lost",),
-    "label": ("label",),
+    "label": (
+        *("label", "class", "classname", "type", "category", "agenttype", "objecttype"),
+        *("agentclass", "objectclass", "classlabel"),
+    ),
 }
 _OURS = {theirs: ours for ours, synonyms in _SYNONYMS.items() for theirs in synonyms}
 _LENGTHS: dict[str, Unit] = {
@@ -105,7 +108,7 @@ def roles_of(names: Sequence[str]) -> Roles | None:
                 f"two columns could be {role}: {same[0]!r} and {same[1]!r}; "
                 "say which with columns, and - for the other"
             )
-    wanted = {*needed, "time", "lost", "label"} if has_box else {*needed, "time"}
+    wanted = {*needed, "time", "label", *(("lost",) if has_box else ())}
     at = {role: ours.index(role) for role in ours if role in wanted}
     units = {columns[at[role]].unit for role in position}
     if len(units) > 1 or any(unit and unit not in _LENGTHS for unit in units):

@@ -34,7 +34,12 @@ from hazbot_gym.task.track_formats.table import (
 )
 
 DRONE = "id xmin ymin xmax ymax frame lost occluded generated label"
-_PERSON = "pedestrian"  # of the labels of Stanford Drone annotations
+_PEOPLE = {"pedestrian", "pedestrians", "person", "people", "human", "walker"}  # of labels
+_VEHICLES = {
+    *("bicycle", "bicyclist", "bike", "biker", "bus", "car", "cart", "cyclist", "motorbike"),
+    *("motorcycle", "motorcyclist", "rider", "skater", "tram", "truck", "truck_bus", "van"),
+    *("vehicle", "trailer", "scooter", "bikes", "cars", "heavy vehicle", "bicycles"),
+}
 _NUMBER = r"([-+]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[-+]?\d+)?)(?![\w.,])"
 _RATES = (
     re.compile(
@@ -164,18 +169,21 @@ def _told(order: str, form: str, form_from: str) -> _Named:
 
 
 def _leave_out(cells: Cells, roles: Roles, name: str) -> tuple[str, ...]:
-    """Drop what Stanford Drone annotations mark as lost, and everything but pedestrians."""
-    if not roles.is_box:
-        return ()
+    """Drop what boxes mark as lost, and what labels say is not a person.
+
+    Boxes are of pedestrians or of something else; a label beside a point may say anything, such as
+    ``adult``, and only names of vehicles count.
+    """
     notes = []
     if "lost" in roles.at:
         is_lost = cells.numbers(roles.at["lost"]) != 0.0
         cells.keep(~is_lost)
         notes += [f"{is_lost.sum()} lost positions are left out"] if is_lost.any() else []
     if "label" in roles.at:
-        labels = [label.strip("\"'").lower() for label in cells.texts(roles.at["label"])]
-        others = sorted({label for label in labels if label != _PERSON})
-        cells.keep(np.array([label == _PERSON for label in labels], dtype=np.bool_))
+        labels = [label.strip("\"' ").lower() for label in cells.texts(roles.at["label"])]
+        others = {label for label in set(labels) if label not in _PEOPLE}
+        others = sorted(others if roles.is_box else others & _VEHICLES)
+        cells.keep(np.array([label not in others for label in labels], dtype=np.bool_))
         notes += [f"only pedestrians are read, not: {', '.join(others)}"] if others else []
     if not len(cells.rows):
         raise InvalidInput(f"{name}: there is no pedestrian in it")

@@ -236,6 +236,19 @@ def test_drone_annotations_with_names_are_the_same(tmp_path: Path) -> None:
     assert read(tmp_path, head + rows).positions.tolist() == [[120.0, 230.0]] * 2
 
 
+@pytest.mark.parametrize("name", ["class", "agent_type", "Label"])
+def test_vehicles_among_named_columns_are_not_read_as_people(tmp_path: Path, name: str) -> None:
+    head = f"frame,track_id,x,y,{name}\n"
+    rows = "0,1,1,2,pedestrian\n1,1,2,2,pedestrian\n0,2,5,5,Car\n1,2,9,5,Car\n0,3,7,7,adult\n"
+
+    table = read(tmp_path, head + rows)
+
+    assert table.ids.tolist() == [1, 1, 3]
+    assert table.notes == ("only pedestrians are read, not: car",)
+    numbers = head + "0,1,1,2,0\n1,1,2,2,1\n"
+    assert len(read(tmp_path, numbers).ids) == 2
+
+
 @pytest.mark.parametrize(
     "text",
     [
