@@ -15,12 +15,13 @@ from hazbot_gym.task.place_data import narrowest
 # By how much the drive leaves its path, for each m/s: 0.061 m at 0.5 m/s and 0.14 m at 1 m/s are
 # the largest of 128 robots with the default drive, on straight paths and around corners.
 ERROR_S = 0.14
+FAR_M = 20.0  # from the nearest wall; walls in another unit are farther
 END_M = 0.1  # of the path, left out: a wall ahead of its end is no narrow passage
 
 
 def doubt(name: str, place: Place, config: Config) -> None:
-    """Warn of a path too long for an episode, or too narrow for the drive's errors."""
-    for message in (_too_long(place, config), _too_narrow(place, config)):
+    """Warn of a path too long for an episode, too narrow for the drive, or far from all walls."""
+    for message in (_too_long(place, config), _beside_walls(place, config)):
         if message:
             warnings.warn(f"{name}: {message}", DoubtfulPlace, stacklevel=3)
 
@@ -28,7 +29,7 @@ def doubt(name: str, place: Place, config: Config) -> None:
 def _too_long(place: Place, config: Config) -> str:
     length, speed_mps = path_length(place.path.view(np.recarray)), config.drive.nominal_speed_mps
     ends_s = config.max_episode_steps * config.clock.decision_s
-    goal_s = (length - config.arrival_tolerance_m) / speed_mps
+    goal_s = (length - config.arrival_tolerance_m) / speed_mps + _start_s(length, config)
     if goal_s <= ends_s:
         return ""
     return (
@@ -38,9 +39,21 @@ def _too_long(place: Place, config: Config) -> str:
     )
 
 
-def _too_narrow(place: Place, config: Config) -> str:
+def _start_s(length: float, config: Config) -> float:
+    """Return what the start takes longer than driving at nominal speed [s]."""
+    drive = config.drive
+    missing_mps = drive.nominal_speed_mps - drive.start_speed_mps
+    delay_s = missing_mps**2 / (2.0 * drive.acceleration_mps2 * drive.nominal_speed_mps)
+    is_reached = drive.nominal_speed_mps**2 < 2.0 * drive.acceleration_mps2 * length
+    latency_s = drive.latency_steps * config.clock.decision_s
+    return (delay_s if is_reached else 0.0) + (latency_s if missing_mps else 0.0)
+
+
+def _beside_walls(place: Place, config: Config) -> str:
     error_m = ERROR_S * config.drive.nominal_speed_mps
     clearance_m, x, y = narrowest(place.walls, place.path, END_M)
+    if FAR_M < clearance_m < np.inf:
+        return f"the nearest wall is {clearance_m:.4g} m from the path; are both in meters?"
     if clearance_m > ROBOT_RADIUS_M + error_m:
         return ""
     return (

@@ -261,3 +261,16 @@ def test_a_path_longer_than_an_episode_is_doubted(tmp_path: Path) -> None:
     Source(make_config(place=place, max_episode_steps=900))
     with pytest.warns(DoubtfulPlace, match="place corridor: the path is 50.0 m long"):
         Source(make_config(place_options={"length_m": 50.0}))
+
+
+def test_a_path_that_only_the_start_makes_too_long_is_doubted(tmp_path: Path) -> None:
+    Source(make_config(place=drawn(tmp_path, path={"points": [[0, 0], [29.75, 0]]})))
+    place = drawn(tmp_path, path={"points": [[0, 0], [29.9, 0]]})  # 59.7 s at full speed
+    with pytest.warns(DoubtfulPlace, match="no robot arrives"):
+        Source(make_config(place=place))
+
+
+def test_walls_in_another_unit_than_the_path_are_doubted(tmp_path: Path) -> None:
+    place = drawn(tmp_path, walls=[[-200, 120, 1400, 120], [-200, -120, 1400, -120]])
+    with pytest.warns(DoubtfulPlace, match=r"nearest wall is 120 m .* are both in meters\?"):
+        Source(make_config(place=place))

@@ -182,9 +182,10 @@ def _leave_out(cells: Cells, roles: Roles, name: str) -> tuple[str, ...]:
     if "label" in roles.at:
         labels = [label.strip("\"' ").lower() for label in cells.texts(roles.at["label"])]
         others = {label for label in set(labels) if label not in _PEOPLE}
-        others = sorted(others if roles.is_box else others & _VEHICLES)
-        cells.keep(np.array([label not in others for label in labels], dtype=np.bool_))
-        notes += [f"only pedestrians are read, not: {', '.join(others)}"] if others else []
+        left_out = others if roles.is_box else others & _VEHICLES
+        cells.keep(np.array([label not in left_out for label in labels], dtype=np.bool_))
+        named = ", ".join(sorted(left_out))
+        notes += [f"only pedestrians are read, not: {named}"] if left_out else []
     if not len(cells.rows):
         raise InvalidInput(f"{name}: there is no pedestrian in it")
     return tuple(notes)
