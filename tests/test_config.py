@@ -41,7 +41,7 @@ def test_nothing_given_is_the_default() -> None:
         ({"drive": {"nominal_speed_mps": NAN}}, "drive.nominal_speed_mps: given nan"),
         ({"drive": {"acceleration_mps2": INF}}, "drive.acceleration_mps2: given inf"),
         ({"drive": {"plant": "Z"}}, "drive.plant: given 'Z', input should be 'A', 'B', 'A0' or"),
-        ({"drive": {"plant": {"K": -1.0}}}, "drive.plant.Plant.K: given -1.0, input should be"),
+        ({"drive": {"plant": {"K": -1.0}}}, "drive.plant.(Plant.)?K: given -1.0, input should be"),
         ({"scenario": "circle", "drive": {"plant": {"T1": 3.0}}}, "plant: given a part, .* of 'B'"),
         (
             {"reward": [1]},

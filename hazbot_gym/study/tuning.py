@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -118,9 +119,11 @@ def _distributions(space: Space) -> dict[str, Any]:
 def _next_options(space: Space, trials: list[Record], seed: int) -> dict[str, Any]:
     """Return what to try next, a pure function of the trials so far and the seed."""
     optuna.logging.set_verbosity(optuna.logging.ERROR)
-    sampler = optuna.samplers.TPESampler(
-        n_startup_trials=FIRST_AT_RANDOM, multivariate=True, seed=seed + 1000 * len(trials)
-    )
+    with warnings.catch_warnings():  # before version 5 optuna warns of what is multivariate
+        warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+        sampler = optuna.samplers.TPESampler(
+            n_startup_trials=FIRST_AT_RANDOM, multivariate=True, seed=seed + 1000 * len(trials)
+        )
     distributions = _distributions(space)
     study = optuna.create_study(direction="maximize", sampler=sampler)
     study.add_trials(

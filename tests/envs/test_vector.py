@@ -23,6 +23,7 @@ from hazbot_gym.envs.vector import CorridorVectorEnv
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.reward import TERMS
 
+GYMNASIUM = tuple(int(part) for part in gymnasium.__version__.split(".")[:2])
 IDS = [f"{NAMESPACE}/{name}" for name in ENVIRONMENTS]
 MODES = list(AutoresetMode)
 # Short episodes with contacts, arrivals and timeouts.
@@ -304,6 +305,8 @@ def test_make_vec_passes_on_mode_and_overrides() -> None:
 
 @in_every_mode
 def test_episode_statistics_agree_with_our_own_counts(mode: AutoresetMode) -> None:
+    if mode == AutoresetMode.SAME_STEP and GYMNASIUM < (1, 4):
+        pytest.skip("RecordEpisodeStatistics leaves out a step here before Gymnasium 1.4")
     told = play(wrappers.RecordEpisodeStatistics(lively(4, mode)), 300)
     over, returns, lengths, episodes = np.zeros(4, np.bool_), np.zeros(4), np.zeros(4), 0
     for _, rewards, terminated, truncated, info in (each for each in told if len(each) == 5):
@@ -343,7 +346,8 @@ def test_gymnasiums_vector_wrappers_run(wrap: Callable[[Any], VectorEnv[Any, Any
     envs.reset(seed=0)
     for _ in range(130):
         observations, rewards, *_ = envs.step(envs.action_space.sample())
-    assert envs.observation_space.contains(observations.astype(envs.observation_space.dtype))
+    if GYMNASIUM >= (1, 3):  # before, NormalizeObservation keeps the bounds of what it normalizes
+        assert envs.observation_space.contains(observations.astype(envs.observation_space.dtype))
     assert np.isfinite(rewards).all()
 
 

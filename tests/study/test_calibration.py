@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -53,9 +54,14 @@ def test_the_shipped_constants_lose_least(runs: dict[str, Run]) -> None:
         assert sum(loss(run, other) for run in on) > least
 
 
+def rounded(record: dict[str, Any]) -> Any:
+    """Return a record without the last digits, in which versions of NumPy differ."""
+    return json.loads(json.dumps(record), parse_float=lambda text: f"{float(text):.12g}")
+
+
 def test_the_record_is_what_these_people_and_constants_give(runs: dict[str, Run]) -> None:
     found = calibration.report(*split(runs, calibration.FITTED_ON), SocialForce())
-    assert json.loads(json.dumps(found)) == read_json(RECORD)
+    assert rounded(found) == rounded(read_json(RECORD))
 
 
 def test_speeds_can_be_drawn_instead(runs: dict[str, Run]) -> None:
