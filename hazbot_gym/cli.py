@@ -12,6 +12,7 @@ import json
 import os
 import re
 import shlex
+import signal
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -47,7 +48,15 @@ _GO_ON = {
     "tune": "; run the same command again to go on",
     "train": "; run it again with --resume to go on",
 }
-_INTERRUPTED = 130  # exit code, as shells give it
+_INTERRUPTED, _TERMINATED = 130, 143  # exit codes, as shells give them
+
+
+class _Terminated(KeyboardInterrupt):
+    """The process was asked to end, as by ``kill`` or a job scheduler."""
+
+
+def _terminate(*_: object) -> None:
+    raise _Terminated
 
 
 class _OneLineErrors(typer.core.TyperGroup):
@@ -66,10 +75,11 @@ class _OneLineErrors(typer.core.TyperGroup):
         try:
             with _one_line_errors():
                 return super().invoke(ctx)
-        except KeyboardInterrupt:
+        except KeyboardInterrupt as error:
             how = _GO_ON.get(str(ctx.invoked_subcommand), "")
             typer.echo(f"hazbot: interrupted{how}", err=True)
-            raise typer.Exit(_INTERRUPTED) from None
+            is_asked = isinstance(error, _Terminated)
+            raise typer.Exit(_TERMINATED if is_asked else _INTERRUPTED) from None
 
 
 @contextlib.contextmanager
@@ -115,6 +125,7 @@ def main() -> None:
         terminal.tolerate(stream)
     terminal.warn_in_one_line()
     interrupts.repeat_ignored_interrupts()
+    signal.signal(signal.SIGTERM, _terminate)  # so that worker processes end in order
     app(prog_name="hazbot")
 
 

@@ -30,6 +30,8 @@ LEAST = {
     "top_quantiles_to_drop_per_net": 0, "log_std_init": -100, "target_entropy": -1000,
 }  # fmt: skip
 MOST = 10_000_000  # of every number; a replay buffer of as many entries takes gigabytes
+MOST_UNITS = 8192  # of a layer; two of them have 67 million weights between them
+UNITS = {"net_arch", "lstm_hidden_size"}
 
 
 def check_options(options: Mapping[str, Any], kind: type, what: str) -> None:
@@ -83,5 +85,6 @@ def _check_size(value: Any, name: str, field: str, *, counts: bool) -> None:
             _check_size(each, name, field, counts=counts)
     elif isinstance(value, int | float) and not isinstance(value, bool):
         least, most = LEAST.get(name, int(counts)), 1 if name in SHARES else MOST
+        most = MOST_UNITS if name in UNITS else most
         if not least <= value <= most:
             raise InvalidInput(f"{field}: given {value}, allowed is {least} to {most:,}")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -36,3 +38,17 @@ def test_an_interrupted_command_says_how_to_go_on(
     monkeypatch.setattr(rollout, "evaluate", interrupt)
     result = CliRunner().invoke(app, command.split())
     assert (result.exit_code, result.stderr) == (130, how)
+
+
+def test_a_command_that_is_asked_to_end_ends_in_order() -> None:
+    code = (
+        "import os, signal\n"
+        "from hazbot_gym import cli\n"
+        "from hazbot_gym.study import comparison\n"
+        "comparison.run_study = lambda *_, **__: os.kill(os.getpid(), signal.SIGTERM)\n"
+        "cli.main()\n"
+    )
+    command = [sys.executable, "-c", code, "study", "--no-report"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    said = "hazbot: interrupted; run the same command again to go on\n"
+    assert (done.returncode, done.stdout, done.stderr) == (143, "", said)

@@ -55,6 +55,7 @@ def test_bad_option_is_one_line_that_names_it(
     [
         ({"net_arch": "64"}, "network.net_arch: given '64', input should be"),
         ({"net_arch": [64, 0]}, "network.net_arch: given 0, allowed is 1 to"),
+        ({"net_arch": [10**6, 10**6]}, "network.net_arch: given 1000000, allowed is 1 to 8,192"),
         ({"net_arch": [64, 64.0]}, "network.net_arch: given .*, input should be a valid integer"),
         ({"net_arch": {"pi": [64], "vf": ["64"]}}, "network.net_arch: given .*, input should be"),
         ({"log_std_init": "-2"}, "network.log_std_init: given '-2', input should be a valid num"),
