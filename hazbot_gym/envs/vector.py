@@ -123,6 +123,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self._threads = Threads(max(self._thread_count - 1, 1))
+        self._has_run = False
         self.closed = False
         self._generators: list[np.random.Generator] = []
         self._seeds: list[int] = []  # of the generators
@@ -281,7 +282,9 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
     def _run(self, mask: Bools, commands: Floats) -> None:
         """Run the kernel over the worlds of the mask, a block of them on each thread.
 
-        Compiled code holds no lock, and no world knows of another: threads change no result.
+        Compiled code holds no lock, and no world knows of another: threads change no result. The
+        first time, one block follows the other: kernels are compiled here, where an interrupt ends
+        it, and not in a thread, which the end of the process would wait for.
         """
         arguments = (
             mask,
@@ -293,11 +296,17 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             self._problem,
             self._outputs,
         )
-        jobs = [
-            self._threads.submit(run_worlds, *block, *arguments, *bench)
-            for block, bench in zip(self._blocks[1:], self._benches[1:], strict=True)
+        pieces = [
+            (*block, *arguments, *bench)
+            for block, bench in zip(self._blocks, self._benches, strict=True)
         ]
-        run_worlds(*self._blocks[0], *arguments, *self._benches[0])
+        if not self._has_run:
+            for piece in pieces:
+                run_worlds(*piece)
+            self._has_run = True
+            return
+        jobs = [self._threads.submit(run_worlds, *piece) for piece in pieces[1:]]
+        run_worlds(*pieces[0])
         for job in jobs:
             job.result()
 

@@ -103,8 +103,10 @@ def best_returns(
         on_progress()
         return value
 
+    first, *others = keys
+    found = [best(first)]  # here, where an interrupt ends what has to be compiled
     with ThreadPoolExecutor(processors.usable()) as pool:
-        return np.array(list(pool.map(best, keys)))
+        return np.array(found + list(pool.map(best, others)))
 
 
 def play(config: Config, spec: str, episodes: int) -> tuple[Played, list[int]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import multiprocessing
 import pickle
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -17,6 +18,7 @@ from gymnasium.wrappers import vector as wrappers
 
 from hazbot_gym.config import make_config
 from hazbot_gym.core.state import Floats
+from hazbot_gym.envs import vector
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
 from hazbot_gym.envs.vector import CorridorVectorEnv
@@ -360,6 +362,23 @@ def test_rescaled_actions_are_shares_of_the_nominal_speed() -> None:
 
 
 # --- same seeds, same results --------------------------------------------------------------------
+
+
+def test_kernels_are_compiled_where_an_interrupt_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    ran_in, run_worlds = [], vector.run_worlds
+
+    def run(*arguments: Any) -> None:
+        ran_in.append(threading.current_thread() is threading.main_thread())
+        run_worlds(*arguments)
+
+    monkeypatch.setattr(vector, "run_worlds", run)
+    worlds = 2 * vector.SMALLEST_BLOCK
+    envs = CorridorVectorEnv(worlds, threads=2, **LIVELY)
+    envs.reset(seed=0)
+    assert ran_in == [True, True]
+    envs.step(np.zeros((worlds, 1)))
+    assert sorted(ran_in[2:]) == [False, True]
+    envs.close()
 
 
 @pytest.mark.parametrize("tracks", ["social_force", "replay"])
