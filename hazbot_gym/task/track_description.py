@@ -28,6 +28,8 @@ _OTHER_NAMES = {  # of fields, that no measure of letters finds
 }
 
 _Metres = Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M)]
+LEAST_SCALE, MOST_SCALE = 1e-6, 1e6  # frames a second, or meters a pixel
+Scale = Annotated[float, Field(ge=LEAST_SCALE, le=MOST_SCALE)]
 _Point = tuple[_Metres, _Metres]
 
 
@@ -60,9 +62,9 @@ class Description(_Strict):
     """The fields of a description that are read."""
 
     name: str = ""
-    fps: Annotated[float, Field(gt=0)] | None = None
+    fps: Scale | None = None
     units: Unit | None = None
-    metres_per_pixel: Annotated[float, Field(gt=0)] | None = None
+    metres_per_pixel: Scale | None = None
     columns: str | list[str] | None = None
     geometry: Geometry = Geometry()
     source: str | Source = ""

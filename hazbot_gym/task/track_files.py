@@ -24,7 +24,13 @@ from hazbot_gym.task.track_checks import (
     median_speed,
     walking_speed,
 )
-from hazbot_gym.task.track_description import Description, Geometry, read_description
+from hazbot_gym.task.track_description import (
+    LEAST_SCALE,
+    MOST_SCALE,
+    Description,
+    Geometry,
+    read_description,
+)
 from hazbot_gym.task.track_formats import Given, Table, read_table
 from hazbot_gym.task.track_formats.table import Unit
 from hazbot_gym.task.tracks import Corridor, Reading, Recording
@@ -129,8 +135,9 @@ def check_options(options: Options) -> None:
     """
     for name in ("fps", "metres_per_pixel"):
         value = getattr(options, name)
-        if value is not None and not 0.0 < value < math.inf:
-            raise InvalidInput(f"{name}: given {value}, allowed is a positive number")
+        if value is not None and not LEAST_SCALE <= value <= MOST_SCALE:
+            allowed = f"a positive number, {LEAST_SCALE:g} to {MOST_SCALE:g}"
+            raise InvalidInput(f"{name}: given {value}, allowed is {allowed}")
     if options.units is not None and options.units not in (*_METRES, "px"):
         allowed = ", ".join((*_METRES, "px"))
         raise InvalidInput(f"units: given {options.units!r}, allowed are {allowed}")
