@@ -29,7 +29,7 @@ _OTHER_NAMES = {  # of fields, that no measure of letters finds
 
 _Metres = Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M)]
 LEAST_SCALE, MOST_SCALE = 1e-6, 1e6  # frames a second, or meters a pixel
-Scale = Annotated[float, Field(ge=LEAST_SCALE, le=MOST_SCALE)]
+Scale = Annotated[float, Field(gt=0, le=MOST_SCALE)]
 _Point = tuple[_Metres, _Metres]
 
 
