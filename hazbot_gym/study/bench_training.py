@@ -22,6 +22,7 @@ from typing import Any
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies import own_module
+from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.study import provenance, rollout
 from hazbot_gym.study.files import read_json
 from hazbot_gym.study.fronts import AXES, dominates
@@ -60,6 +61,8 @@ def bench_training(paths: list[Path], *, seeds: int = SEEDS, episodes: int = EPI
                 f"training: {path.name} is given with teacher {config.imitation.teacher!r}, "
                 "allowed are policies of the library"
             )
+        if config.imitation:
+            make_policy(config.imitation.teacher)  # with what its runs may do: no pickle
     load = os.getloadavg()[0]
     return {
         "runs": {

@@ -118,3 +118,14 @@ def test_the_command_says_which_file_it_cannot_read(tmp_path: Path) -> None:
     done = CliRunner().invoke(cli.app, ["bench", "--training", missing])
     assert done.exit_code == 2
     assert "none.yaml" in done.output
+
+
+def test_a_teacher_that_runs_may_not_load_is_refused_before_any_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bench_training, "judge", lambda *_: pytest.fail("work has begun"))
+    (tmp_path / "expert.zip").write_bytes(b"PK")
+    file = tmp_path / "run.yaml"
+    file.write_text(f"imitation: {{teacher: 'learned:path={tmp_path}/expert.zip'}}\n")
+    with pytest.raises(InvalidInput, match="pickle"):
+        bench_training.bench_training([file])
