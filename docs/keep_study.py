@@ -8,17 +8,18 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from hazbot_gym.study import report
-from hazbot_gym.study.entrants import TUNED
-from hazbot_gym.study.files import read_json, write_json
-from hazbot_gym.study.study_record import Record, record_of, small_record_of
+from study_record import Record, record_of, small_record_of
+
+from hazbot_gym.study.candidates import TUNED
+from hazbot_gym.study.report import page
+from hazbot_gym.utils.files import read_json, write_json
 
 RECORD = Path(__file__).parents[1] / "benchmarks" / "study.json"
 
 
 def kept(folder: Path) -> Record:
     """Return the record of the study in a folder."""
-    study = report.read(folder)
+    study = page.read(folder)
     tuned = {family: read_json(folder / TUNED / f"{family}.json") for family in study.config.tuned}
     return record_of(
         {
@@ -41,7 +42,7 @@ def kept(folder: Path) -> Record:
 
 def kept_small(folder: Path) -> Record:
     """Return the record of a study in which nobody is tuned or trained."""
-    return small_record_of(report.read(folder).summary)
+    return small_record_of(page.read(folder).summary)
 
 
 PARTS = {

@@ -7,15 +7,14 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
-from hazbot_gym.paper import docs_page
-from hazbot_gym.study import (
-    bench_report,
-    calibration_report,
-    headroom_report,
-    study_report,
-    training_report,
-)
-from hazbot_gym.study.files import read_json
+import paper_page
+import study_report
+
+from hazbot_gym.bench import report as bench_report
+from hazbot_gym.bench import training_report
+from hazbot_gym.calibration import report as calibration_report
+from hazbot_gym.evaluation.oracle import headroom_report
+from hazbot_gym.utils.files import read_json
 
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
@@ -46,7 +45,7 @@ PAGES = (
     Page("study", study_report.page, RECORDS / "study.json"),
     Page(
         "paper",
-        docs_page.page,
+        paper_page.page,
         RECORDS / "paper.json",
         {"calibration": RECORDS / "calibration.json"},
     ),

@@ -11,9 +11,9 @@ from pathlib import Path
 
 from hazbot_gym.policies.actor_file import Trained, read
 from hazbot_gym.policies.learned import SHIPPED
-from hazbot_gym.study.export import export_actor
-from hazbot_gym.study.files import read_json
-from hazbot_gym.study.run_folder import POLICY
+from hazbot_gym.training.export import export_actor
+from hazbot_gym.training.run_folder import POLICY
+from hazbot_gym.utils.files import read_json
 
 RECORD = Path(__file__).parents[1] / "benchmarks" / "study.json"
 

@@ -4,8 +4,8 @@ import argparse
 from pathlib import Path
 
 from hazbot_gym.policies import Permissions
-from hazbot_gym.study.comparison import run_study
 from hazbot_gym.study.config import load_study
+from hazbot_gym.study.run import run_study
 
 if __name__ == "__main__":  # the study starts processes that read this file again
     parser = argparse.ArgumentParser(description=__doc__)

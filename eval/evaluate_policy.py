@@ -2,8 +2,7 @@
 
 import argparse
 
-from hazbot_gym.study.rollout import evaluate
-from hazbot_gym.study.summary import means
+from hazbot_gym import evaluate, means
 
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("--policy", default="fuzzy_expert")

@@ -1,11 +1,64 @@
 """hazbot_gym: choose the speed of a gas-inspection robot among people in narrow places.
 
-Importing the package registers its environments with Gymnasium; nothing heavy is loaded before an
-environment is made.
+Importing the package registers its environments with Gymnasium. The names below are imported when
+they are first used, so that nothing heavy is loaded before.
 """
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
 
 from hazbot_gym.envs.registration import register_environments
 
 __version__ = "0.1.0"
 
+if TYPE_CHECKING:
+    from hazbot_gym.config import Config
+    from hazbot_gym.envs.corridor import CorridorEnv
+    from hazbot_gym.evaluation.metrics import means, measure
+    from hazbot_gym.evaluation.rollout import evaluate, run_episode
+    from hazbot_gym.policies.base import make as make_policy
+    from hazbot_gym.task.observation import layout_of
+    from hazbot_gym.training.config import load_training
+    from hazbot_gym.training.run import train
+
+__all__ = [
+    "Config",
+    "CorridorEnv",
+    "evaluate",
+    "layout_of",
+    "load_training",
+    "make_policy",
+    "means",
+    "measure",
+    "run_episode",
+    "train",
+]
+
+_HOMES = {
+    "Config": "config",
+    "CorridorEnv": "envs.corridor",
+    "evaluate": "evaluation.rollout",
+    "layout_of": "task.observation",
+    "load_training": "training.config",
+    "make_policy": "policies.base",
+    "means": "evaluation.metrics",
+    "measure": "evaluation.metrics",
+    "run_episode": "evaluation.rollout",
+    "train": "training.run",
+}
+
 register_environments()
+
+
+def __getattr__(name: str) -> Any:
+    """Import a name of ``__all__`` when it is first used."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    module = importlib.import_module(f"{__name__}.{_HOMES[name]}")
+    return getattr(module, "make" if name == "make_policy" else name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -174,11 +174,12 @@ def study(
 ) -> None:
     """Run policies over the same scenarios and compare them: the main job. Resumable."""
     from hazbot_gym.policies import Permissions
-    from hazbot_gym.study import answer, comparison, tables
+    from hazbot_gym.study import answer, terminal_tables
+    from hazbot_gym.study import run as comparison
     from hazbot_gym.study.config import load_study
 
     if not no_report:
-        from hazbot_gym.study import report  # what it needs must not be missed after hours of work
+        from hazbot_gym.study.report import page as report
 
     plan = load_study(config, tracks=tracks, episodes=episodes, seed=seed, engine=engine)
     # Results among real people do not push aside the ones without.
@@ -193,7 +194,7 @@ def study(
     )
     page = None if no_report else report.write_report(folder)  # before anything is printed
     console = terminal.output_console()
-    console.print(tables.study_tables(summary, is_verbose=is_verbose))
+    console.print(terminal_tables.study_tables(summary, is_verbose=is_verbose))
     console.print(answer.answer(summary, plan))
     console.print(f"Episodes, summary and manifest: {folder}", soft_wrap=True)
     if page is not None:
@@ -205,7 +206,7 @@ def make_report(
     folder: Annotated[Path, typer.Argument(help="Folder of a finished study.")],
 ) -> None:
     """Make the page of a finished study anew from its records; runs nothing that they name."""
-    from hazbot_gym.study import report
+    from hazbot_gym.study.report import page as report
 
     terminal.output_console().print(f"Report: {report.write_report(folder)}", soft_wrap=True)
 
@@ -229,12 +230,12 @@ def train(
 ) -> None:
     """Train a policy and export the best one. Resumable."""
     from hazbot_gym.policies import Permissions
-    from hazbot_gym.study.train_config import load_training
+    from hazbot_gym.training.config import load_training
 
     plan = load_training(config, seed=seed, steps=steps, engine=engine)
     folder = out or Path("results", "train", config.stem if config else plan.algorithm)
 
-    from hazbot_gym.study import training
+    from hazbot_gym.training import run as training
 
     result = training.train(
         plan,
@@ -264,7 +265,8 @@ def evaluate(
     allow_pickle: AllowPickle = False,
 ) -> None:
     """Evaluate one policy in one environment."""
-    from hazbot_gym.study import rollout, summary, tables
+    from hazbot_gym.evaluation import rollout
+    from hazbot_gym.study import summary, terminal_tables
 
     overrides = _overrides(change, scenario)
     rows = rollout.evaluate(
@@ -281,7 +283,9 @@ def evaluate(
         typer.echo(json.dumps({**head, "metrics": summary.means(rows)}, allow_nan=False))
     else:
         result = summary.summarise_one(rows, seed=seed)
-        terminal.output_console().print(tables.set_table(scenario or env, {policy: result}))
+        terminal.output_console().print(
+            terminal_tables.set_table(scenario or env, {policy: result})
+        )
 
 
 @app.command()
@@ -305,7 +309,7 @@ def watch(
     allow_pickle: AllowPickle = False,
 ) -> None:
     """Watch a policy in a window, or save it. Keys: space, right arrow, r, q."""
-    from hazbot_gym.study import watching
+    from hazbot_gym.viewer import watch as watching
 
     overrides = _overrides(change, scenario)
     show = watching.Show(policy, env, episodes, seed, overrides, speed, allow_pickle)
@@ -346,7 +350,7 @@ def tracks(
 
     The options hold for this command; a JSON beside the file keeps them (docs/tracks.md).
     """
-    from hazbot_gym.study import tracks_report
+    from hazbot_gym.calibration import tracks_report
     from hazbot_gym.task.track_files import Options
 
     options = Options(fps, units, columns, metres_per_pixel)
@@ -366,8 +370,9 @@ def calibrate(
     json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,
 ) -> None:
     """Fit the social-force people to recorded ones, and compare them."""
+    from hazbot_gym.calibration import fit as calibration
+    from hazbot_gym.calibration import report as calibration_report
     from hazbot_gym.core.social_force import SocialForce
-    from hazbot_gym.study import calibration, calibration_report
 
     _check_file(json_file)
     runs = calibration.load_runs(tracks)
@@ -393,8 +398,8 @@ def headroom(
 ) -> None:
     """Compare rules with the exact optimum, where people do not react: minutes."""
     from hazbot_gym.envs.registration import full_id
-    from hazbot_gym.study import headroom as room
-    from hazbot_gym.study import headroom_report
+    from hazbot_gym.evaluation.oracle import headroom as room
+    from hazbot_gym.evaluation.oracle import headroom_report
 
     _check_file(json_file)
     known = room.environments()
@@ -479,8 +484,8 @@ def bench(
     if training:
         _bench_training(training, json_file, seeds=1 if quick else None)
         return
-    from hazbot_gym.study import bench as benchmark
-    from hazbot_gym.study import bench_report
+    from hazbot_gym.bench import report as bench_report
+    from hazbot_gym.bench import run as benchmark
 
     result = benchmark.bench(benchmark.QUICK if quick else benchmark.FULL)
     _write_json(json_file, result)
@@ -489,7 +494,7 @@ def bench(
 
 def _overrides(change: list[str] | None, scenario: str | None) -> dict[str, Any]:
     """Return the config values of ``--set`` and ``--scenario``."""
-    from hazbot_gym.study.config import parse_overrides
+    from hazbot_gym.evaluation.scenario_set import parse_overrides
 
     overrides = parse_overrides(change or [])
     if scenario and "scenario" in overrides:
@@ -498,7 +503,8 @@ def _overrides(change: list[str] | None, scenario: str | None) -> dict[str, Any]
 
 
 def _bench_training(paths: list[Path], json_file: Path | None, *, seeds: int | None) -> None:
-    from hazbot_gym.study import bench_training, training_report
+    from hazbot_gym.bench import training as bench_training
+    from hazbot_gym.bench import training_report
 
     record = bench_training.bench_training(paths, seeds=seeds or bench_training.SEEDS)
     _write_json(json_file, record)
@@ -507,7 +513,7 @@ def _bench_training(paths: list[Path], json_file: Path | None, *, seeds: int | N
 
 def _check_file(file: Path | None) -> None:
     """Complain before any work if a file could not be written in the end."""
-    from hazbot_gym.study.files import check_writable
+    from hazbot_gym.utils.files import check_writable
 
     if file is None:
         return
@@ -517,7 +523,7 @@ def _check_file(file: Path | None) -> None:
 
 
 def _write_json(file: Path | None, content: dict[str, Any]) -> None:
-    from hazbot_gym.study.files import write_json
+    from hazbot_gym.utils.files import write_json
 
     if file is not None:
         write_json(file, content, is_sorted=False)

@@ -11,9 +11,9 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import hazbot_gym
+from hazbot_gym.bench import run as bench
 from hazbot_gym.cli import app
-from hazbot_gym.study import bench
-from hazbot_gym.study.files import read_json
+from hazbot_gym.utils.files import read_json
 
 METRICS = {
     "arrived",
@@ -295,7 +295,7 @@ def test_the_report_is_written_before_anything_is_printed(
     def fail(*_: object, **__: object) -> None:
         raise BrokenPipeError
 
-    monkeypatch.setattr("hazbot_gym.study.tables.study_tables", fail)
+    monkeypatch.setattr("hazbot_gym.study.terminal_tables.study_tables", fail)
     arguments = ["study", "--config", "tiny.yaml", "--episodes", "1", "--workers", "1"]
     assert hazbot(*arguments).exit_code != 0
     assert (empty_folder / "results" / "study" / "report.html").exists()

@@ -10,7 +10,7 @@ import pytest
 
 from hazbot_gym.config import make_config
 from hazbot_gym.study.config import load_study
-from hazbot_gym.study.train_config import load_training
+from hazbot_gym.training.config import load_training
 from hazbot_gym.utils.yaml_loader import read_yaml
 
 ROOT = Path(__file__).parents[1]

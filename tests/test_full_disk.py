@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from hazbot_gym.bench import run as bench
 from hazbot_gym.cli import app
-from hazbot_gym.study import bench
 
 resource = pytest.importorskip("resource", reason="needs limits on the size of files")
 

@@ -28,8 +28,8 @@ from hazbot_gym.errors import HazbotError
 from hazbot_gym.policies import base
 from hazbot_gym.policies.learned import SHIPPED
 from hazbot_gym.study.config import load_study
-from hazbot_gym.study.train_config import load_training
 from hazbot_gym.task.track_files import read_tracks
+from hazbot_gym.training.config import load_training
 
 # Doubts are answers, too.
 pytestmark = pytest.mark.filterwarnings(

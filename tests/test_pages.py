@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
+from hazbot_gym.evaluation.oracle.headroom_report import percent
 from hazbot_gym.paper.tables import shown as as_printed
-from hazbot_gym.study.files import read_json
-from hazbot_gym.study.headroom_report import percent
-from hazbot_gym.study.plain_tables import shown
+from hazbot_gym.utils.files import read_json
+from hazbot_gym.utils.text_tables import shown
 
 ROOT = Path(__file__).parents[1]
 NUMBER = re.compile(r"\d[\d,]*(?:\.\d+)*")

@@ -11,12 +11,11 @@ import gymnasium
 import numpy as np
 
 import hazbot_gym  # noqa: F401  (registers the environments)
+from hazbot_gym import evaluate, means
 from hazbot_gym.policies.actor import Actor
 from hazbot_gym.policies.actor_file import describe
 from hazbot_gym.policies.layer import Layer
-from hazbot_gym.study.export import export_actor
-from hazbot_gym.study.rollout import evaluate
-from hazbot_gym.study.summary import means
+from hazbot_gym.training.export import export_actor
 
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("--generations", type=int, default=30)

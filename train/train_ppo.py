@@ -5,10 +5,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from hazbot_gym.study.rollout import evaluate
-from hazbot_gym.study.summary import means
-from hazbot_gym.study.train_config import load_training
-from hazbot_gym.study.training import train
+from hazbot_gym import evaluate, load_training, means, train
 
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("--config", type=Path, default=Path(__file__).parents[1] / "configs/ppo.yaml")

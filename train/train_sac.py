@@ -7,10 +7,9 @@ import torch
 from stable_baselines3 import SAC
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
+from hazbot_gym import evaluate, means
 from hazbot_gym.envs.sb3 import CorridorVecEnv
-from hazbot_gym.study.export import export_model
-from hazbot_gym.study.rollout import evaluate
-from hazbot_gym.study.summary import means
+from hazbot_gym.training.export import export_model
 
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("--steps", type=int, default=200_000)

@@ -7,8 +7,6 @@ nearest part of a robot, not its centre.
 
 from __future__ import annotations
 
-import bisect
-
 from hazbot_gym.core.geometry import clip
 from hazbot_gym.core.jit import scalar
 
@@ -32,11 +30,6 @@ PHASE_NAMES = tuple(
     for zone in ("intimate", "personal", "social", "public")
     for phase in ("near", "far")
 )
-
-
-def hall_phase(clearance_m: float) -> str:
-    """Return Hall's zone and phase, such as "personal far", at a clearance [m]."""
-    return PHASE_NAMES[bisect.bisect_right(PHASE_BOUNDS_M, clearance_m)]
 
 
 @scalar

@@ -4,7 +4,7 @@
 
 All terms are accelerations: mass is left out as in Helbing and Molnar 1995, "Social force model for
 pedestrian dynamics", Phys. Rev. E 51, 4282 (HM95). Four constants are calibrated on people recorded
-in corridors (``study/calibration.py``, docs/people.md), the others theirs unless a line says so.
+in corridors (``calibration/fit.py``, docs/people.md), the others theirs unless a line says so.
 The elliptical repulsion takes the relative step (Johansson, Helbing and Shukla 2007, "Specification
 of the social force pedestrian model by evolutionary adjustment to video tracking data", eq 5),
 which lets people see each other coming. Left out: groups, and panic.

@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hazbot_gym.core.state import Floats
+from hazbot_gym.evaluation.metrics import means
+from hazbot_gym.evaluation.rollout import evaluate
 from hazbot_gym.paper.meetings import events, meet
 from hazbot_gym.policies.robot import DECISION_S
-from hazbot_gym.study.rollout import evaluate
-from hazbot_gym.study.summary import means
 
 SCENARIOS = ("E*", "C*")
 EXTRA_S = 0.1  # of moving within 1.5 m, more than without a delay

@@ -14,11 +14,11 @@ import numpy as np
 
 from hazbot_gym.config import Config, make_config
 from hazbot_gym.core.state import Floats
+from hazbot_gym.evaluation.batch_rollout import run_episodes
+from hazbot_gym.evaluation.episode import PERSON_COLUMNS, Episode
 from hazbot_gym.policies import make
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.policies.fuzzy_expert import AVOIDANCE_M, SENSITIVE_M
-from hazbot_gym.study.batch_rollout import run_episodes
-from hazbot_gym.study.episode import PERSON_COLUMNS, Episode
 
 SLOWER, STOPPED = 0.98, 0.05  # shares of the nominal speed
 STEPS = 300  # decisions after which a meeting is over

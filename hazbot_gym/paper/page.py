@@ -13,7 +13,7 @@ from hazbot_gym.paper.chapter import Cell, Chapter, Table
 from hazbot_gym.paper.lines import lines
 from hazbot_gym.paper.numbers import REPRODUCED, reported
 from hazbot_gym.paper.tables import shown, summary_line
-from hazbot_gym.study import plain_tables
+from hazbot_gym.utils import text_tables
 
 try:
     import jinja2
@@ -47,7 +47,7 @@ def make_page(record: Mapping[str, Any], chapters: list[Chapter]) -> str:
 
 
 def _cell(value: Cell) -> str:
-    return value if isinstance(value, str) else plain_tables.shown(value)
+    return value if isinstance(value, str) else text_tables.shown(value)
 
 
 def _wordy(table: Table) -> set[int]:
@@ -68,7 +68,7 @@ def _data(svg: str) -> str:
 def _environment() -> jinja2.Environment:
     """Return the templates, which escape whatever they are filled with."""
     root = resources.files("hazbot_gym")
-    folders = (root / "paper", root / "study" / "report_page")  # the style is the study's
+    folders = (root / "paper", root / "study" / "report" / "template")  # the style is the study's
 
     def load(name: str) -> str:
         folder = next(folder for folder in folders if (folder / name).is_file())

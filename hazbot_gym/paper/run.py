@@ -15,13 +15,12 @@ from pathlib import Path
 from typing import Any
 
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.evaluation.workers import processes
 from hazbot_gym.paper import page
 from hazbot_gym.paper.chapter import Chapter
 from hazbot_gym.paper.lines import lines
 from hazbot_gym.paper.numbers import NEAR, NOT, REPRODUCED, entries
-from hazbot_gym.study import files, provenance
-from hazbot_gym.study.workers import processes
-from hazbot_gym.utils import processors
+from hazbot_gym.utils import files, processors, provenance
 
 RECORD, PAGE, FIGURES = "paper.json", "paper.html", "figures"
 # In the paper's order.

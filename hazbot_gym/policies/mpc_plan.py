@@ -8,8 +8,9 @@ i + j places far. With V_t(i, s) the best that is still to be earned from stage 
 
 where h(s) is what it costs to be at place s, at nominal speed, after that stage: the weight of
 intrusion times its depth, and that of contact where bodies overlap. Standing costs nothing. The
-progress is paid at the end, V_T(i, s) = w_p s. The optimum of ``study/optimum.py`` is the same
-recursion over a whole episode, on a finer lattice, and with people whose way is known.
+progress is paid at the end, V_T(i, s) = w_p s. The optimum of
+``evaluation/oracle/dynamic_programming.py`` is the same recursion over a whole episode, on a finer
+lattice, and with people whose way is known.
 """
 
 from __future__ import annotations

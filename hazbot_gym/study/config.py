@@ -11,62 +11,29 @@ import json
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from annotated_types import Ge, Gt, Le, Lt, MinLen
-from pydantic import AfterValidator, Field, ValidationError, field_serializer, field_validator
+from pydantic import Field, ValidationError, field_serializer, field_validator
 
 from hazbot_gym.config import Loose, Section, first_error, make_config
-from hazbot_gym.envs.registration import NAMESPACE, full_id
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.evaluation.field_types import (
+    Engine,
+    Episodes,
+    Names,
+    Positive,
+    Seed,
+    SomeNames,
+    Steps,
+)
+from hazbot_gym.evaluation.metrics import SsmThresholds
+from hazbot_gym.evaluation.scenario_set import DEFAULT_SETS, ScenarioSet, track_sets
 from hazbot_gym.policies.knobs import sweep
 from hazbot_gym.study import bank_sets
-from hazbot_gym.study.files import LONGEST, file_name
-from hazbot_gym.study.metrics import SsmThresholds
-from hazbot_gym.utils.yaml_loader import parse_yaml, read_yaml
+from hazbot_gym.utils.files import LONGEST, file_name
+from hazbot_gym.utils.yaml_loader import read_yaml
 
-Engine = Literal["batched", "pymunk"]  # the reference is pymunk; both give the same numbers
-
-
-# Bounds that no study meets: without them a misplaced digit takes a year or all the memory.
-MOST_EPISODES, MOST_SEED = 1_000_000, 2**64 - 1
-Episodes = Annotated[int, Ge(1), Le(MOST_EPISODES)]
-Steps = Annotated[int, Ge(1), Le(100_000_000_000)]
-Seed = Annotated[int, Ge(0), Le(MOST_SEED)]
-Positive = Annotated[float, Gt(0)]
-Names = Annotated[tuple[str, ...], Loose]
-SomeNames = Annotated[tuple[str, ...], Loose, MinLen(1)]
-
-
-class ScenarioSet(Section):
-    """A named family of scenarios: an environment, and the config values that differ in it.
-
-    The name enters the seeds of the set's episodes, so that adding a set moves no other.
-    """
-
-    name: Annotated[str, MinLen(1)]
-    env: Annotated[str, AfterValidator(full_id)]
-    overrides: dict[str, Any] = Field(default_factory=dict)
-    episodes: Episodes | None = None  # how many there are; None: no end of them
-    seed: Seed | None = None  # root of their seeds; None: the study's
-
-
-def _preset(name: str) -> ScenarioSet:
-    return ScenarioSet(name=name, env=f"{NAMESPACE}/{name}-v0")
-
-
-def _paper(name: str) -> ScenarioSet:
-    """Return a geometry of the paper: one scenario, without noise, the same in every episode."""
-    overrides = {"scenario": name}
-    return ScenarioSet(name=name, env=f"{NAMESPACE}/Corridor-v0", overrides=overrides, episodes=1)
-
-
-PAPER_SETS = tuple(_paper(name) for name in ("E*", "E5.5", "C*", "C90"))
-PATTERN_SETS = tuple(
-    _preset(name) for name in ("Crossing", "Encountering", "Leading", "Confronting")
-)
-PLACE_SETS = tuple(_preset(name) for name in ("Circle", "Intersection", "Doorway", "Aisle"))
-DEFAULT_SETS = (*PAPER_SETS, *PATTERN_SETS, _preset("Corridor"), *PLACE_SETS)
 DEFAULT_POLICIES = (
     "fuzzy_expert",
     "fuzzy_expert:rules=literal8",
@@ -81,19 +48,6 @@ DEFAULT_POLICIES = (
     "constant:0.75",
     "constant:1.0",
 )
-
-
-def track_sets(folder: Path, seed: int | None = None) -> tuple[ScenarioSet, ...]:
-    """Return the two sets among real people: walking as recorded, and recorded but reacting."""
-    return tuple(
-        ScenarioSet(
-            name=f"real people, {model}",
-            env=f"{NAMESPACE}/Replay-v0",
-            overrides={"tracks": str(folder), "people": {"model": model}},
-            seed=seed,
-        )
-        for model in ("replay", "seeded")
-    )
 
 
 class Learner(Section):
@@ -120,7 +74,7 @@ class Learner(Section):
 
 
 class Yardstick(Section):
-    """Where policies are held against the best that could have been done (``yardstick.py``)."""
+    """Sets in which policies are held against the oracle (``evaluation/oracle/runs.py``)."""
 
     sets: SomeNames  # names of sets, or what several begin with
     episodes: Episodes = 25  # of each, the first ones
@@ -353,24 +307,3 @@ def _beside(study: Path, learners: Any) -> Any:
         else each
         for each in learners
     ]
-
-
-def parse_overrides(changes: Iterable[str]) -> dict[str, Any]:
-    """Return ``people.model=seeded`` and the like as nested config values, each value read as YAML.
-
-    Raises:
-        InvalidInput: a change has no name or value, or contradicts another one.
-    """
-    overrides: dict[str, Any] = {}
-    for change in changes:
-        name, equals, text = change.partition("=")
-        *groups, field = name.split(".")
-        inner: Any = overrides
-        for group in groups:
-            inner = inner.setdefault(group, {}) if isinstance(inner, dict) else None
-        if not (equals and field and isinstance(inner, dict)):
-            raise InvalidInput(f"set: cannot use {change!r}; give key=value or group.key=value")
-        if field in inner:
-            raise InvalidInput(f"set: {name} is given twice, allowed is every key once")
-        inner[field] = parse_yaml(text, f"set: {name}")
-    return overrides

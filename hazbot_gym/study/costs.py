@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hazbot_gym.study import files
+from hazbot_gym.utils import files
 
 try:
     import resource

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hazbot_gym.study.config import Fronts
-from hazbot_gym.study.crossed_bootstrap import crossed_draws, crossed_estimate
-from hazbot_gym.study.fronts import AXES
-from hazbot_gym.study.hypervolume import (
+from hazbot_gym.evaluation.statistics.crossed_bootstrap import crossed_draws, crossed_estimate
+from hazbot_gym.evaluation.statistics.hypervolume import (
     Front,
     Point,
     front_hypervolume,
     hypervolume_difference,
     pareto_set,
 )
+from hazbot_gym.evaluation.statistics.pareto import AXES
+from hazbot_gym.study.config import Fronts
 
 if TYPE_CHECKING:
     import pandas as pd

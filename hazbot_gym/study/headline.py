@@ -21,8 +21,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.study.bank_sets import GROUPS
-from hazbot_gym.study.config import ScenarioSet, StudyConfig
+from hazbot_gym.study.config import StudyConfig
 
 POOLED, IN_DISTRIBUTION, TEST = "all sets", "in distribution", "test"  # of what is pooled
 _PRESETS = {f"{preset}-v0" for preset, _ in GROUPS[TEST].sets.values()}

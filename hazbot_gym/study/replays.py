@@ -16,16 +16,18 @@ from rich.console import Console
 
 from hazbot_gym.core.geometry import path_length, sample_path
 from hazbot_gym.core.state import Floats, Place
+from hazbot_gym.evaluation import batch_rollout
+from hazbot_gym.evaluation.episode import Episode
+from hazbot_gym.evaluation.metrics import Row, measure
+from hazbot_gym.evaluation.open_loop import Plan
+from hazbot_gym.evaluation.rollout import make_env, resolve, run_episode
+from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.policies.base import NO_CODE, Actions, Observations, Permissions, Policy
 from hazbot_gym.policies.base import make as make_policy
-from hazbot_gym.study import batch_rollout, records
-from hazbot_gym.study.config import ScenarioSet, StudyConfig
-from hazbot_gym.study.episode import Episode
+from hazbot_gym.study import store
+from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.headline import headline_sets
-from hazbot_gym.study.metrics import Row, measure
-from hazbot_gym.study.plans import Plan
-from hazbot_gym.study.report_replays import Drive, Replay, Replays, drive_of, rows_of
-from hazbot_gym.study.rollout import make_env, resolve, run_episode
+from hazbot_gym.study.report.replays import Drive, Replay, Replays, drive_of, rows_of
 from hazbot_gym.task.scenario import Source
 
 if TYPE_CHECKING:
@@ -142,7 +144,7 @@ def record(
     """
     chosen = choices(study, rows, best)
     drives = sum((len(each.episodes)) * len(study.shown_names) + bool(each.best) for each in chosen)
-    if not isinstance(records.read_rows(path, rows=drives, stamp=stamp), records.Missing):
+    if not isinstance(store.read_rows(path, rows=drives, stamp=stamp), store.Missing):
         return
     found = [
         (each, replay(study, each, rows, specs, threads=threads, allowed=allowed))
@@ -154,7 +156,7 @@ def record(
             "itself on the same scenario",
             markup=False,
         )
-    records.write_rows(path, list(rows_of(replays_of(found))), stamp)
+    store.write_rows(path, list(rows_of(replays_of(found))), stamp)
 
 
 def _unsteady(found: Sequence[tuple[Choice, list[Replay]]]) -> list[str]:

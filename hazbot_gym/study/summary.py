@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from hazbot_gym.core.state import Floats
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.study.config import StudyConfig
-from hazbot_gym.study.crossed_bootstrap import (
+from hazbot_gym.evaluation.metrics import Row
+from hazbot_gym.evaluation.statistics.crossed_bootstrap import (
     CrossedDraws,
     crossed_draws,
     crossed_estimate,
@@ -20,14 +20,17 @@ from hazbot_gym.study.crossed_bootstrap import (
     crossed_means,
     each_once,
 )
+from hazbot_gym.evaluation.statistics.intervals import Estimate, percentile_interval, wilson
+from hazbot_gym.evaluation.statistics.multiple_comparisons import bootstrap_p_value, holm
+from hazbot_gym.evaluation.statistics.paired_scores import differences, improvements, pair_draws
+from hazbot_gym.evaluation.statistics.regret import regrets
+from hazbot_gym.evaluation.statistics.robust_means import (
+    conditional_value_at_risk,
+    interquartile_mean,
+)
+from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.front_summary import summarise_fronts
 from hazbot_gym.study.headline import headline_sets, pooled_sets
-from hazbot_gym.study.metrics import Row
-from hazbot_gym.study.multiple_comparisons import bootstrap_p_value, holm
-from hazbot_gym.study.paired_scores import differences, improvements, pair_draws
-from hazbot_gym.study.quantile_means import conditional_value_at_risk, interquartile_mean
-from hazbot_gym.study.regret import regrets
-from hazbot_gym.study.statistics import Estimate, percentile_interval, wilson
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -39,18 +42,6 @@ RATES = (
     "contact_robot_caused",
     "contact_person_caused",
     "contact_wall",
-)
-# What `hazbot eval --json` reports, in this order; the table shows the same.
-HEADLINE = (
-    "arrived",
-    "timeout",
-    "contact_robot_caused",
-    "contact_person_caused",
-    "ssm_violation",
-    "kinetic_intrusion_m2",
-    "time_ratio",
-    "rms_jerk_mps3",
-    "return",
 )
 # Declared before any run: what policies are compared by.
 COMPARED = (
@@ -131,15 +122,6 @@ def summarise_one(rows: Sequence[Row], *, seed: int) -> dict[str, Any]:
     (draws,) = crossed_draws(columns["scenario_set"], [1], np.random.default_rng(seed))
     metrics = _estimates(columns, draws, 0.95)
     return {"episodes": len(rows), "training_seeds": 1, "metrics": metrics}
-
-
-def means(rows: Sequence[Row]) -> dict[str, float | None]:
-    """Return the mean of each headline metric over rows, None where it is nowhere defined."""
-    columns = {name: np.array([row[name] for row in rows], dtype=float) for name in HEADLINE}
-    return {
-        name: float(column[np.isfinite(column)].mean()) if np.isfinite(column).any() else None
-        for name, column in columns.items()
-    }
 
 
 def summarise_set(rows: pd.DataFrame, study: StudyConfig) -> Summary:
@@ -320,9 +302,9 @@ def _rounded(value: float) -> float | None:
 
 
 def _check(rows: pd.DataFrame) -> None:
-    from hazbot_gym.study import bank  # reads parquet, which one policy's results can do without
+    from hazbot_gym.study import scenario_bank
 
-    bank.check(rows)
+    scenario_bank.check(rows)
     profiles = sorted(set(rows["ssm_profile"]))
     if len(profiles) > 1:
         raise InvalidInput(

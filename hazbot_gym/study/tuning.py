@@ -17,11 +17,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from hazbot_gym.errors import InvalidInput, MissingExtra
+from hazbot_gym.evaluation import inputs, rollout
+from hazbot_gym.evaluation.metrics import means
+from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.policies import base
 from hazbot_gym.policies.search_spaces import SPACES, Interval, Space
-from hazbot_gym.study import bank_sets, files, inputs, provenance, rollout
-from hazbot_gym.study.config import ScenarioSet
-from hazbot_gym.study.summary import means
+from hazbot_gym.study import bank_sets
+from hazbot_gym.utils import files, provenance
 
 try:
     import optuna

@@ -12,7 +12,7 @@ import pytest
 
 import hazbot_gym
 from hazbot_gym.core.notice import MESSAGE, NOTICE, Notice
-from hazbot_gym.study.workers import processes
+from hazbot_gym.evaluation.workers import processes
 
 # The kernel that compiles fastest, and how often it came from the cache.
 COMMAND = """

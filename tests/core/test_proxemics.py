@@ -10,7 +10,6 @@ from hazbot_gym.core.proxemics import (
     PERSONAL_M,
     PHASE_BOUNDS_M,
     SOCIAL_M,
-    hall_phase,
     intrusion_depth,
 )
 
@@ -22,23 +21,6 @@ def test_phases_end_where_hall_says() -> None:
 
     assert pytest.approx(halls, rel=0.02) == list(PHASE_BOUNDS_M)
     assert {INTIMATE_M, PERSONAL_M, SOCIAL_M} <= set(PHASE_BOUNDS_M)
-
-
-@pytest.mark.parametrize(
-    ("clearance_m", "expected"),
-    [
-        (0.0, "intimate near"),
-        (0.3, "intimate far"),
-        (0.45, "personal near"),
-        (1.0, "personal far"),
-        (2.0, "social near"),
-        (3.0, "social far"),
-        (5.0, "public near"),
-        (9.0, "public far"),
-    ],
-)
-def test_each_zone_has_a_near_and_a_far_phase(clearance_m: float, expected: str) -> None:
-    assert hall_phase(clearance_m) == expected
 
 
 @pytest.mark.parametrize(

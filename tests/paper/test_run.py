@@ -4,14 +4,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from paper_page import page as docs_page
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.paper import run
 from hazbot_gym.paper.chapter import Chapter, Picture, Table
-from hazbot_gym.paper.docs_page import page as docs_page
 from hazbot_gym.paper.numbers import reported
 from hazbot_gym.paper.page import make_page
-from hazbot_gym.study.files import read_json
+from hazbot_gym.utils.files import read_json
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 2 1"><rect width="2" height="1"/></svg>'
 

@@ -7,8 +7,8 @@ import numpy.typing as npt
 import pytest
 
 from hazbot_gym import policies
+from hazbot_gym.evaluation.rollout import evaluate
 from hazbot_gym.policies.people_rule import with_people
-from hazbot_gym.study.rollout import evaluate
 from hazbot_gym.task.observation import LAYOUTS, PERSON_SLOTS
 
 SONAR, TRACKS = LAYOUTS["sonar"], LAYOUTS["tracks"]

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from hazbot_gym import policies
+from hazbot_gym.evaluation.metrics import means
+from hazbot_gym.evaluation.rollout import evaluate
 from hazbot_gym.policies.actor_file import card, read
 from hazbot_gym.policies.learned import SHIPPED
-from hazbot_gym.study.files import read_json
-from hazbot_gym.study.rollout import evaluate
-from hazbot_gym.study.summary import means
-from hazbot_gym.study.train_config import TrainConfig, load_training
 from hazbot_gym.task.observation import LAYOUTS
+from hazbot_gym.training.config import TrainConfig, load_training
+from hazbot_gym.utils.files import read_json
 
 ROOT = Path(__file__).parents[2]
 CONFIGS, RECORDS = ROOT / "configs", ROOT / "benchmarks"

@@ -4,8 +4,9 @@ from typing import Any
 
 import pytest
 
+from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.study.answer import answer, learned
-from hazbot_gym.study.config import ScenarioSet, StudyConfig
+from hazbot_gym.study.config import StudyConfig
 
 SETS = tuple(
     ScenarioSet(name=name, env="hazbot_gym/Doorway-v0") for name in ("easy", "hard", "odd")

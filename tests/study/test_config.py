@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.study.config import DEFAULT_SETS, ScenarioSet, load_study, parse_overrides
+from hazbot_gym.evaluation.scenario_set import DEFAULT_SETS, ScenarioSet, parse_overrides
+from hazbot_gym.study.config import load_study
 
 PLAYED = {"name": "real people, replay", "env": "hazbot_gym/Circle-v0"}
 FRONTS = {"sets": ["E*"], "families": ["ttc"], "groups": {"ttc": ["ppo"]}}

@@ -5,8 +5,9 @@ from pathlib import Path
 import pytest
 
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.study import headline
-from hazbot_gym.study.config import ScenarioSet, StudyConfig, load_study
+from hazbot_gym.study.config import StudyConfig, load_study
 from hazbot_gym.study.headline import IN_DISTRIBUTION, POOLED, headline_sets, pooled_sets
 
 CONFIGS = Path(__file__).parents[2] / "configs"

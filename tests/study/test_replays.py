@@ -8,19 +8,22 @@ import pandas as pd
 import pytest
 from rich.console import Console
 
+from hazbot_gym.evaluation import batch_rollout
+from hazbot_gym.evaluation.rollout import Block, run_block
+from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.policies import Permissions
-from hazbot_gym.study import batch_rollout, records, replays, report
-from hazbot_gym.study.config import ScenarioSet, StudyConfig
+from hazbot_gym.study import replays, store
+from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.replays import Choice, choices, choose, choose_worst, gives_again, replay
-from hazbot_gym.study.rollout import Block, run_block
+from hazbot_gym.study.report import page
 
 
 @pytest.fixture(scope="module")
-def study(finished: Path) -> report.Study:
-    return report.read(finished)
+def study(finished: Path) -> page.Study:
+    return page.read(finished)
 
 
-def crossing(study: report.Study) -> ScenarioSet:
+def crossing(study: page.Study) -> ScenarioSet:
     return next(each for each in study.config.all_sets if each.name == "Crossing")
 
 
@@ -70,14 +73,14 @@ def test_the_worst_episode_of_each_policy_says_whose_it_is() -> None:
     assert choose_worst(rows, ["a", "b"]) == {1: "worst of a, b"}
 
 
-def test_worst_episodes_are_of_the_headlines_sets(study: report.Study) -> None:
+def test_worst_episodes_are_of_the_headlines_sets(study: page.Study) -> None:
     found = {each.scenarios.name: each.episodes for each in choices(study.config, study.rows, None)}
     assert list(found) == ["E*", "Crossing", "Corridor"]
     assert any("worst of" in why for why in found["Crossing"].values())
     assert not any("worst of" in why for why in found["E*"].values())
 
 
-def test_recorded_drives_are_those_of_either_engine(study: report.Study) -> None:
+def test_recorded_drives_are_those_of_either_engine(study: page.Study) -> None:
     reference = study.config.model_copy(update={"engine": "pymunk"})
     kept = study.replays.chosen["Crossing"]
     choice = Choice(crossing(study), {each.number: each.why for each in kept})
@@ -102,7 +105,7 @@ def test_discrete_speeds_are_replayed() -> None:
 
 
 def test_more_drives_than_fit_a_batch_are_the_same(
-    study: report.Study, monkeypatch: pytest.MonkeyPatch
+    study: page.Study, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(batch_rollout, "MOST_WORLDS", 5)
     kept = study.replays.chosen["Crossing"]
@@ -131,7 +134,7 @@ def test_a_policy_that_does_not_repeat_itself_is_named_and_marked(
         Block(policy, scenarios, 0, 2, study.seed, allowed=allowed) for policy in study.policies
     ]
     rows = pd.DataFrame([row for block in blocks for row in run_block(block)])
-    path = tmp_path / records.REPLAYS
+    path = tmp_path / store.REPLAYS
     replays.record(
         study,
         path,
@@ -147,7 +150,7 @@ def test_a_policy_that_does_not_repeat_itself_is_named_and_marked(
     assert name in said
     assert "does not repeat itself" in said
     assert "constant" not in said
-    found = report.from_rows(records.read_episodes(path))
+    found = page.from_rows(store.read_episodes(path))
     for each in found.chosen["Crossing"]:
         assert each.runs["constant:0.4"].is_recorded
         assert not each.runs[name].is_recorded
@@ -163,8 +166,8 @@ def test_every_kind_of_number_is_compared(name: str, value: Any) -> None:
     assert not gives_again(now, now | {name: value})
 
 
-def test_replays_are_recorded_once(finished: Path, study: report.Study, tmp_path: Path) -> None:
-    path = tmp_path / records.REPLAYS
+def test_replays_are_recorded_once(finished: Path, study: page.Study, tmp_path: Path) -> None:
+    path = tmp_path / store.REPLAYS
 
     def record(stamp: str) -> int:
         replays.record(
@@ -178,6 +181,6 @@ def test_replays_are_recorded_once(finished: Path, study: report.Study, tmp_path
     assert record("2") != before
     path.write_bytes(path.read_bytes()[:-100])
     assert record("2") != before
-    assert report.from_rows(records.read_episodes(path)).chosen.keys() == {
+    assert page.from_rows(store.read_episodes(path)).chosen.keys() == {
         each.name for each in study.config.all_sets
     }

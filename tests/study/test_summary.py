@@ -8,9 +8,11 @@ import pandas as pd
 import pytest
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.study.config import ScenarioSet, StudyConfig
-from hazbot_gym.study.summary import COMPARED, HEADLINE, RATES, means, summarise, summarise_one
-from hazbot_gym.study.tables import study_tables
+from hazbot_gym.evaluation.metrics import HEADLINE, means
+from hazbot_gym.evaluation.scenario_set import ScenarioSet
+from hazbot_gym.study.config import StudyConfig
+from hazbot_gym.study.summary import COMPARED, RATES, summarise, summarise_one
+from hazbot_gym.study.terminal_tables import study_tables
 from hazbot_gym.utils.terminal import output_console
 
 STUDY = StudyConfig(

@@ -6,13 +6,14 @@ from typing import Any
 import pytest
 
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.evaluation import rollout
+from hazbot_gym.evaluation.metrics import means
 from hazbot_gym.policies import base
 from hazbot_gym.policies.knobs import KNOBS
 from hazbot_gym.policies.search_spaces import SPACES, Interval
-from hazbot_gym.study import bank_sets, rollout, tuning
-from hazbot_gym.study.files import read_json
-from hazbot_gym.study.summary import means
+from hazbot_gym.study import bank_sets, tuning
 from hazbot_gym.study.tuning import VALIDATION, Search, tune
+from hazbot_gym.utils.files import read_json
 
 
 @pytest.fixture

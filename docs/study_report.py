@@ -1,0 +1,306 @@
+"""The full study as a page of the documentation, and its headline for the README."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from string import Template
+from typing import Any
+
+from study_record import TOGETHER
+from study_targets import Target, sonar_targets, tracks_targets
+
+from hazbot_gym.evaluation.statistics.pareto import dominates
+from hazbot_gym.study.headline import POOLED, TEST, scenarios_of
+from hazbot_gym.utils.text_tables import Rows, markdown_table, shown
+
+Record = dict[str, Any]
+Estimate = Mapping[str, float | None]
+
+# Metric, title, digits; of those in percent the record has them so.
+HEADLINE = (
+    ("arrived", "arrived, %", 1),
+    ("contact_robot_caused", "contacts by robot, %", 2),
+    ("time_ratio", "time ratio", 3),
+    ("kinetic_intrusion_m2", "kinetic intrusion, m²", 4),
+    ("ssm_violation", "SSM violation, %", 2),
+    ("rms_jerk_mps3", "RMS jerk, m/s³", 2),
+    ("return", "return", 1),
+)
+ELSEWHERE = (
+    ("time_ratio", "time ratio", 3),
+    ("kinetic_intrusion_m2", "kinetic intrusion, m²", 3),
+    ("contact_robot_caused", "contacts by robot, %", 2),
+)
+README = ("contact_robot_caused", "time_ratio", "kinetic_intrusion_m2", "ssm_violation", "return")
+DIRECTIONAL = "ssm:mode=directional"
+
+
+def page(template: str, record: Record, *, name: str) -> str:
+    """Return the page on the study: a template with its placeholders filled in."""
+    filled = {"record": name}
+    for study in ("tracks", "sonar", "observations"):
+        filled |= {f"{study}_{part}": text for part, text in _parts(record[study]).items()}
+    filled["tracks_targets"] = _targets(tracks_targets(record["tracks"]))
+    filled["sonar_targets"] = _targets(sonar_targets(record["sonar"]))
+    filled["contacts"] = _contacts(record["contacts"]["sets"][POOLED])
+    filled["people"] = _people(record["people"]["sets"])
+    return Template(template).substitute(filled)
+
+
+def readme_table(record: Record) -> str:
+    """Return the headline for the README: the tracks tier on the test scenarios."""
+    found = record["tracks"]
+    columns = [column for column in HEADLINE if column[0] in README]
+    scenarios = scenarios_of(found["together"][TEST])
+    note = (
+        f"\nMeans over {scenarios} test scenarios, from `make study-full`. `make study` estimates "
+        "the same means from fewer\nscenarios of its own, in the same five environments: compare "
+        "its numbers by their intervals, not by their digits."
+    )
+    table = markdown_table(
+        ("policy", *(title for _, title, _ in columns)),
+        [
+            (f"`{policy}`", *_cells(found["together"][TEST][policy], columns, with_interval=False))
+            for policy in found["shown"]
+        ],
+    )
+    return f"{table}\n{note}"
+
+
+def _parts(found: Record) -> dict[str, str]:
+    test = found["together"][TEST]
+    reference = found["reference"]
+    return {
+        "episodes": str(scenarios_of(test)),
+        "reference": f"`{reference}`",
+        "commit": f"`{(found['commit'] or '')[:12]}`",
+        "machine": f"{found['machine']['processor']}, {found['machine']['cores']} cores",
+        "headline": _headline(test, found["policies"]),
+        "differences": _differences(test, found["policies"], reference),
+        "tails": _tails(test, found["shown"]),
+        "sets": _sets(found),
+        "fronts": _fronts(found),
+        "elsewhere": _elsewhere(found),
+        "directional": _beaten_by_directional(found),
+        "learners": _learners(found),
+        "tuned": _tuned(found),
+        "sessions": _sessions(found),
+        "exact": _regrets(found, "exact"),
+        "searched": _regrets(found, "searched"),
+    }
+
+
+def _headline(block: Record, policies: Sequence[str]) -> str:
+    titles = ("policy", "seeds", *(title for _, title, _ in HEADLINE))
+    return markdown_table(
+        titles,
+        [
+            (f"`{policy}`", str(block[policy]["training_seeds"]), *_cells(block[policy], HEADLINE))
+            for policy in policies
+        ],
+    )
+
+
+def _cells(
+    found: Record, columns: Sequence[tuple[str, str, int]], *, with_interval: bool = True
+) -> Iterator[str]:
+    for metric, title, digits in columns:
+        kind = "percent" if title.endswith("%") else "metrics"
+        yield _estimate(found[kind][metric], digits, with_interval=with_interval)
+
+
+def _differences(block: Record, policies: Sequence[str], reference: str) -> str:
+    titles = (
+        "policy", "time ratio", "p", "kinetic intrusion, m²", "p", "return",
+        "probability of improvement",
+    )  # fmt: skip
+    rows: Rows = []
+    for policy in policies:
+        if policy == reference:
+            continue
+        each, gain = block[policy]["difference"], block[policy]["return_gain"]
+        rows.append(
+            (
+                f"`{policy}`",
+                _estimate(each["time_ratio"], 4),
+                shown(each["time_ratio"]["p_holm"]),
+                _estimate(each["kinetic_intrusion_m2"], 4),
+                shown(each["kinetic_intrusion_m2"]["p_holm"]),
+                _estimate(gain, 2),
+                _estimate(gain["probability"], 3),
+            )
+        )
+    return markdown_table(titles, rows)
+
+
+def _tails(block: Record, policies: Sequence[str]) -> str:
+    metrics = (
+        ("clearance_min_m", "least clearance, m", 3),
+        ("ttc_min_s", "least time to collision, s", 2),
+        ("kinetic_intrusion_m2", "kinetic intrusion, m²", 3),
+    )
+    return markdown_table(
+        ("policy", *(title for _, title, _ in metrics)),
+        [
+            (
+                f"`{policy}`",
+                *(_estimate(block[policy]["tails"][name], digits) for name, _, digits in metrics),
+            )
+            for policy in policies
+        ],
+    )
+
+
+def _sets(found: Record) -> str:
+    columns = [column for column in HEADLINE if column[0] in ("time_ratio", "kinetic_intrusion_m2")]
+    return markdown_table(
+        ("scenarios", "policy", *(title for _, title, _ in columns)),
+        [
+            (name, f"`{policy}`", *_cells(found["sets"][name][policy], columns))
+            for name in found["sets"]
+            for policy in found["shown"]
+        ],
+    )
+
+
+def _fronts(found: Record) -> str:
+    if not found["fronts"]:
+        return ""
+    return markdown_table(
+        ("family", "points", "hypervolume", "more than the fuzzy expert's"),
+        [
+            (
+                f"`{family}`",
+                str(len(each["points"])),
+                _estimate(each["hypervolume"], 4),
+                _estimate(each["difference"], 4),
+            )
+            for family, each in found["fronts"][TOGETHER].items()
+        ],
+    )
+
+
+def _elsewhere(found: Record) -> str:
+    titles = ("scenarios", "policy", *(title for _, title, _ in ELSEWHERE))
+    return markdown_table(
+        titles,
+        [
+            (group, f"`{policy}`", *_cells(block[policy], ELSEWHERE))
+            for group, block in found["together"].items()
+            if group != TEST
+            for policy in found["shown"]
+        ],
+    )
+
+
+def _beaten_by_directional(found: Record) -> str:
+    """Return where directional SSM beats a learned policy on both axes."""
+    lines = [
+        f"- {group}: `{policy}`"
+        for group, block in found["together"].items()
+        for policy in found["learners"]
+        if dominates(block[DIRECTIONAL]["metrics"], block[policy]["metrics"])
+    ]
+    return "\n".join(lines) or "- nowhere"
+
+
+def _contacts(block: Record) -> str:
+    columns = (
+        ("contact_robot_caused", "contacts by robot, %", 3),
+        ("contact_person_caused", "contacts by people, %", 2),
+    )
+    return markdown_table(
+        ("policy", "episodes", *(title for _, title, _ in columns)),
+        [
+            (f"`{policy}`", str(found["episodes"]), *_cells(found, columns))
+            for policy, found in block.items()
+        ],
+    )
+
+
+def _people(sets: Record) -> str:
+    return markdown_table(
+        ("scenarios", "policy", *(title for _, title, _ in HEADLINE)),
+        [
+            (name, f"`{policy}`", *_cells(found, HEADLINE))
+            for name, block in sets.items()
+            if name.startswith("real people")
+            for policy, found in block.items()
+        ],
+    )
+
+
+def _learners(found: Record) -> str:
+    return markdown_table(
+        ("learner", "file", "seeds", "decisions", "seconds a run", "return on validation"),
+        [
+            (
+                f"`{each['name']}`",
+                f"`{each['config']}`",
+                str(each["seeds"]),
+                str(each["decisions"]),
+                shown(each["seconds"]),
+                f"{each['validation_return']:.1f}",
+            )
+            for each in found["trainings"]
+        ],
+        wordy=("file",),
+    )
+
+
+def _tuned(found: Record) -> str:
+    return markdown_table(
+        ("policy", "options found", "at a bound"),
+        [
+            (f"`{name}`", f"`{each['policy']}`", ", ".join(each["at_a_bound"]) or "-")
+            for name, each in found["tuned"].items()
+        ],
+        wordy=("options found", "at a bound"),
+    )
+
+
+def _sessions(found: Record) -> str:
+    return "\n".join(
+        f"- `{each['command']}`: {shown(each['seconds'])} s, at most "
+        f"{shown(each['peak_memory_gb'])} GB in a process, {each['prepared']} searches and "
+        f"training runs, {each['shards']} blocks of episodes, {each['decisions']} decisions."
+        for each in found["sessions"]
+    )
+
+
+def _regrets(found: Record, kind: str) -> str:
+    block = found["yardstick"].get(kind)
+    if block is None:
+        return ""
+    titles = (
+        "policy", "regret", "of the span, %", "avoidable delay", "of the reference's removed, %",
+    )  # fmt: skip
+    fields = (("regret", 2), ("normalised", 1), ("avoidable_delay", 4), ("delay_removed", 0))
+    return markdown_table(
+        titles,
+        [
+            (
+                f"`{policy}`",
+                *(_estimate(block["policies"][policy][field], digits) for field, digits in fields),
+            )
+            for policy in found["policies"]
+        ],
+    )
+
+
+def _targets(targets: Sequence[Target]) -> str:
+    return markdown_table(
+        ("to reach", "measured", "reached"),
+        [(each.aim, each.measured, "yes" if each.is_reached else "**no**") for each in targets],
+        wordy=("measured",),
+    )
+
+
+def _estimate(estimate: Estimate, digits: int, *, with_interval: bool = True) -> str:
+    mean, low, high = (estimate[end] for end in ("mean", "low", "high"))
+    if mean is None:
+        return "-"
+    text = f"{mean:z.{digits}f}"
+    if not with_interval or low is None or high is None:
+        return text
+    return f"{text} ({low:z.{digits}f} to {high:z.{digits}f})"

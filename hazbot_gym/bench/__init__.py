@@ -1,0 +1,1 @@
+"""Benchmarks: steps per second beside CartPole-v1, and training speed."""

@@ -1,0 +1,123 @@
+"""What the benchmark measures apart from the turns: compiling, memory, and an evaluation."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import tracemalloc
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hazbot_gym.bench.cases import with_people
+from hazbot_gym.envs.vector import CorridorVectorEnv
+from hazbot_gym.errors import MissingExtra
+from hazbot_gym.evaluation.rollout import Block, run_block
+from hazbot_gym.evaluation.scenario_set import DEFAULT_SETS
+from hazbot_gym.utils import processors
+
+WARM_UP = 250  # steps before memory is counted
+MIXED = next(scenarios for scenarios in DEFAULT_SETS if scenarios.name == "Corridor")
+FIRST_EPISODE = """
+import time
+start = time.perf_counter()
+from hazbot_gym.study import rollout
+rollout.evaluate("fuzzy_expert", "hazbot_gym/Corridor-v0", episodes=2, engine={engine!r})
+print(time.perf_counter() - start)
+"""
+Measured = dict[str, Any]
+
+
+def spread_of(values: list[float], name: str) -> Measured:
+    """Return the median and the quartiles of what was measured in turns."""
+    low, median, high = np.percentile(values, [25, 50, 75])
+    return {name: float(median), f"{name}_quartiles": [float(low), float(high)]}
+
+
+def compile_times(with_cold: bool, turns: int) -> Measured:
+    """Measure how long a fresh process takes from its imports to the end of two episodes [s].
+
+    Args:
+        with_cold: whether to compile everything anew, in a cache folder of its own.
+        turns: how often to start with a full cache.
+    """
+    found: Measured = {}
+    for engine in ("batched", "pymunk"):
+        with tempfile.TemporaryDirectory() as folder:
+            cache = {"NUMBA_CACHE_DIR": folder} if with_cold else {}
+            cold_s = _first_episode_s(engine, cache)
+            cached = [_first_episode_s(engine, cache) for _ in range(turns)]
+        found[engine] = {
+            **({"cold_s": cold_s} if with_cold else {}),
+            **spread_of(cached, "cached_s"),
+            "turns": turns,
+        }
+    return found
+
+
+def _first_episode_s(engine: str, environment: dict[str, str]) -> float:
+    command = [sys.executable, "-P", "-c", FIRST_EPISODE.format(engine=engine)]
+    done = subprocess.run(
+        command,
+        env={**os.environ, **environment},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        check=True,
+    )
+    return float(done.stdout)
+
+
+def memory(worlds: int, people: int, steps: int) -> Measured:
+    """Measure what a world takes [bytes], and how much more after some steps."""
+    few = CorridorVectorEnv(1, **with_people(people))  # loads kernels before the count starts
+    few.reset(seed=0)
+    few.step(np.zeros((1, 1), np.float32))
+    tracemalloc.start()
+    try:
+        envs = CorridorVectorEnv(worlds, **with_people(people))
+        envs.reset(seed=0)
+        actions = np.zeros((worlds, 1), np.float32)
+        for _ in range(WARM_UP):  # threads start, and free lists fill
+            envs.step(actions)
+        at_first = tracemalloc.get_traced_memory()[0]
+        for _ in range(steps):
+            envs.step(actions)
+        later = tracemalloc.get_traced_memory()[0]
+    finally:
+        tracemalloc.stop()
+    return {
+        "worlds": worlds,
+        "people": people,
+        "bytes_a_world": at_first / worlds,
+        "steps": steps,
+        "growth_bytes_a_world": (later - at_first) / worlds,
+    }
+
+
+def evaluation(episodes: int, turns: int) -> Measured:
+    """Measure how long the fuzzy expert takes for some episodes, records written [s]."""
+    block = Block("fuzzy_expert", MIXED, first=0, episodes=episodes, seed=0)
+    run_block(block._replace(episodes=2))  # compiles or loads kernels
+    seconds = []
+    for _ in range(turns):
+        start = time.perf_counter()
+        rows = run_block(block, threads=processors.usable())
+        note = _write(rows)
+        seconds.append(time.perf_counter() - start)
+    steps = sum(int(row["steps"]) for row in rows)
+    return {"episodes": episodes, "steps": steps, **spread_of(seconds, "seconds"), **note}
+
+
+def _write(rows: list[Any]) -> Measured:
+    try:
+        from hazbot_gym.study import store
+    except MissingExtra as error:
+        return {"note": f"no records written: {error}"}
+    with tempfile.TemporaryDirectory() as folder:
+        store.write_rows(Path(folder, "rows.parquet"), rows, stamp="bench")
+    return {}

@@ -1,0 +1,98 @@
+"""What the benchmark found, as tables on the terminal and as a page of the documentation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from string import Template
+from typing import Any
+
+from rich.console import Group
+
+from hazbot_gym.bench.cases import CARTPOLE, CORRIDOR
+from hazbot_gym.utils.text_tables import Rows, console_table, markdown_table, shown
+
+Record = dict[str, Any]
+
+RATES = ("steps a second, median (quartiles)", "", "times CartPole-v1")
+PARTS = ("part of a step in one of 1024 worlds, one thread", "microseconds")
+GOALS = ("goal", "", "measured")
+ONCE = ("measured once", "")
+
+
+def table(record: Record) -> Group:
+    """Return a record as tables for the terminal."""
+    machine = record["machine"]
+    return Group(
+        console_table(RATES, rate_rows(record)),
+        console_table(PARTS, part_rows(record)),
+        console_table(GOALS, goal_rows(record)),
+        console_table(ONCE, once_rows(record)),
+        f"{CORRIDOR} and the batched engine with {record[CORRIDOR]['with'].partition(' ')[2]}",
+        f"{record['what']}; {record['turns']} turns",
+        f"{machine['processor']}, {machine['cores']} cores, Python {machine['python']}, "
+        f"load {record['load_before']:.1f} before",
+        *record["notes"],
+    )
+
+
+def page(template: str, record: Record, *, name: str) -> str:
+    """Return the page on performance: a template with its placeholders filled in.
+
+    ``$rates``, ``$parts``, ``$goals`` and ``$once`` are tables, ``$record`` the record's name,
+    ``$turns`` and ``$what`` its own; ``$processor``, ``$cores``, ``$system``, ``$python`` and
+    ``$numba`` tell the machine.
+    """
+    tables = {
+        "rates": markdown_table(RATES, rate_rows(record)),
+        "goals": markdown_table(GOALS, goal_rows(record)),
+        "parts": markdown_table(PARTS, part_rows(record)),
+        "once": markdown_table(ONCE, once_rows(record)),
+    }
+    plain = {"record": name, "what": record["what"], "turns": record["turns"]}
+    return Template(template).substitute(tables, **plain, **record["machine"])
+
+
+def rate_rows(record: Record) -> Rows:
+    """Return name, rate and ratio to CartPole-v1 of every case."""
+    cases = {name: record[name] for name in (CARTPOLE, CORRIDOR)} | record["cases"]
+    return [(name, *_rate(case)) for name, case in cases.items()]
+
+
+def _rate(case: Record) -> tuple[str, str]:
+    low, high = (shown(value) for value in case["steps_per_s_quartiles"])
+    return f"{shown(case['steps_per_s'])} ({low} to {high})", shown(case["to_cartpole"])
+
+
+def part_rows(record: Record) -> Rows:
+    """Return what each part of a step takes."""
+    return [(name, shown(us)) for name, us in record["breakdown_us"].items()]
+
+
+def goal_rows(record: Record) -> Rows:
+    """Return what was to be reached, and what was measured."""
+    rows = []
+    for name, goal in record["goals"].items():
+        side = "at least" if "at least" in goal else "at most"
+        rows.append((name, f"{side} {shown(goal[side])}", shown(goal["measured"])))
+    return rows
+
+
+def once_rows(record: Record) -> Rows:
+    """Return compile times, memory and the evaluation."""
+    return list(_once(record))
+
+
+def _once(record: Record) -> Iterator[tuple[str, str]]:
+    for engine, found in record["compile"].items():
+        low, high = (shown(value) for value in found["cached_s_quartiles"])
+        cached = f"{shown(found['cached_s'])} s ({low} to {high})"
+        cold = f", {shown(found['cold_s'])} s compiling" if "cold_s" in found else ""
+        yield f"process to its first two episodes, {engine}", f"{cached} cached{cold}"
+    memory = record["memory"]
+    held = f"{shown(memory['bytes_a_world'])} bytes"
+    grown = f"{shown(memory['growth_bytes_a_world'])} more after {memory['steps']} steps"
+    yield f"a world of {memory['worlds']}, {memory['people']} people", f"{held}, {grown}"
+    run = record["evaluation"]
+    low, high = (shown(value) for value in run["seconds_quartiles"])
+    taken = f"{shown(run['seconds'])} s ({low} to {high})"
+    yield f"{run['episodes']} episodes of fuzzy_expert, records written", taken

@@ -1,0 +1,203 @@
+"""How fast policies learn: decisions a second, and from nothing to the fuzzy expert.
+
+Every run is a process of its own, ``hazbot train`` as users start it: its seconds hold imports,
+loading of compiled code, validations and checkpoints. What it has learned is then compared with the
+fuzzy expert on paired episodes of its environments that no training or validation has seen.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import math
+import os
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.evaluation import rollout
+from hazbot_gym.evaluation.statistics.pareto import AXES, dominates
+from hazbot_gym.policies import own_module
+from hazbot_gym.policies.base import make as make_policy
+from hazbot_gym.study.summary import summarise_one
+from hazbot_gym.training.config import TrainConfig, load_training, shares
+from hazbot_gym.training.run_folder import POLICY, RESULT
+from hazbot_gym.utils import provenance
+from hazbot_gym.utils.files import read_json
+
+EXPERT = "fuzzy_expert"
+EPISODES = 1000  # paired, shared out among a run's environments
+ROOT = 20261127  # of their seeds
+SEEDS = 5  # runs
+TURNS = 3  # of the two engines, one after the other
+UPDATES = 30  # of a turn on the batched engine
+REFERENCE_WORLDS = 8  # of pymunk
+KEPT = (*AXES, "return", "arrived", "contact_robot_caused")
+Record = dict[str, Any]
+
+
+def bench_training(paths: list[Path], *, seeds: int = SEEDS, episodes: int = EPISODES) -> Record:
+    """Measure the runs of some training files.
+
+    Raises:
+        InvalidInput: One of them is no training of PPO, or cannot be trained.
+        MissingExtra: Stable-Baselines3 or another part of the extra is not installed.
+    """
+    importlib.import_module("hazbot_gym.training.run")  # says what is missing before any work
+    configs = {path: load_training(path) for path in paths}
+    for path, config in configs.items():
+        if config.algorithm != "ppo":
+            raise InvalidInput(
+                f"training: {path.name} is given with algorithm {config.algorithm!r}, "
+                "allowed is 'ppo'"
+            )
+        if config.imitation and own_module.is_reference(config.imitation.teacher):
+            raise InvalidInput(
+                f"training: {path.name} is given with teacher {config.imitation.teacher!r}, "
+                "allowed are policies of the library"
+            )
+        if config.imitation:
+            make_policy(config.imitation.teacher)  # with what its runs may do: no pickle
+    load = os.getloadavg()[0]
+    return {
+        "runs": {
+            path.name: _measure(path, config, seeds, episodes) for path, config in configs.items()
+        },
+        "episodes": episodes,
+        "seed": ROOT,
+        "load_before": load,
+        "machine": provenance.machine(),
+        "commit": provenance.commit(),
+    }
+
+
+def _measure(path: Path, config: TrainConfig, seeds: int, episodes: int) -> Record:
+    expert = judge(EXPERT, config, episodes)
+    runs = [learn(path, config, seed, expert, episodes) for seed in range(seeds)]
+    measured = {"runs": runs, "speed": speed(path, config)}
+    return {
+        "config": config.model_dump(mode="json"),
+        "expert": expert,
+        **measured,
+        "goals": goals(**measured),
+    }
+
+
+def goals(runs: list[Record], speed: Record) -> Record:
+    """Return what was to be reached, with its limit and what was measured; None for not reached."""
+    peak_gb = max(run["peak_bytes"] for run in runs) / 1e9
+    found = {
+        "decisions a second": ("at least", 50_000.0, float(speed["batched"])),
+        "times the same PPO on 8 pymunk environments": ("at least", 8, speed["ratio"]),
+        "seconds to a policy not dominated by the fuzzy expert, median": (
+            "at most",
+            60,
+            _median_s(runs, [not run["is_dominated"] for run in runs]),
+        ),
+        "seconds to a return above the fuzzy expert's, median": (
+            "at most",
+            300,
+            _median_s(runs, [run["is_better_paid"] for run in runs]),
+        ),
+        "peak memory, GB": ("at most", 1.5, peak_gb),
+    }
+    return {name: {side: limit, "measured": value} for name, (side, limit, value) in found.items()}
+
+
+def _median_s(runs: list[Record], has_reached: list[bool]) -> float | None:
+    """Return the median of the runs' seconds, those without end that have not reached it."""
+    seconds = [
+        run["seconds"] if reached else math.inf
+        for run, reached in zip(runs, has_reached, strict=True)
+    ]
+    median = statistics.median(seconds)
+    return median if math.isfinite(median) else None
+
+
+def learn(path: Path, config: TrainConfig, seed: int, expert: Record, episodes: int) -> Record:
+    """Train with one seed, and say how the policy stands beside the expert."""
+    with trained(path, seed=seed) as (folder, seconds, peak_bytes):
+        result = read_json(folder / RESULT)
+        metrics = judge(f"learned:{folder / POLICY}", config, episodes)
+    return {
+        "seed": seed,
+        "seconds": seconds,
+        "peak_bytes": peak_bytes,
+        "steps": result["steps"],
+        "steps_per_s": result["steps_per_s"],
+        "metrics": metrics,
+        "is_dominated": dominates(expert, metrics),
+        "is_better_paid": metrics["return"]["mean"] > expert["return"]["mean"],
+    }
+
+
+def judge(policy: str, config: TrainConfig, episodes: int) -> Record:
+    """Return a policy's metrics, with intervals, over the environments of a run."""
+    rows = []
+    for env, count in zip(config.env, shares(episodes, len(config.env)), strict=True):
+        if count:
+            rows += rollout.evaluate(
+                policy, env, episodes=count, seed=ROOT, overrides=config.overrides
+            )
+    metrics = summarise_one(rows, seed=0)["metrics"]
+    arrived = {name: 100.0 * value for name, value in metrics["arrived"].items()}
+    return {**{name: metrics[name] for name in KEPT}, "arrived_percent": arrived}
+
+
+def speed(path: Path, config: TrainConfig) -> Record:
+    """Return decisions a second of the same PPO on the batched engine and on 8 pymunk worlds."""
+    cases = speed_cases(config)
+    rates: dict[str, list[float]] = {name: [] for name in cases}
+    for _ in range(TURNS):
+        for name, changes in cases.items():
+            with trained(path, **changes) as (folder, _, _):
+                result = read_json(folder / RESULT)
+            rates[name].append(result["steps_per_s"])
+    ratios = (a / b for a, b in zip(rates["batched"], rates["pymunk"], strict=True))
+    medians = {name: statistics.median(each) for name, each in rates.items()}
+    return {**medians, "ratio": statistics.median(ratios), "turns": TURNS}
+
+
+def speed_cases(config: TrainConfig) -> dict[str, Record]:
+    """Return how the two runs differ from a run: both make updates of its size, and little else.
+
+    The reference makes them from longer stretches of fewer worlds.
+    """
+    update = int(config.options["n_steps"]) * config.worlds
+    longer = {**config.options, "n_steps": update // REFERENCE_WORLDS}
+    bare = {"imitation": None, "validation": {"every_steps": 10**9, "episodes": 1}}
+    reference = {"engine": "pymunk", "worlds": REFERENCE_WORLDS, "options": longer}
+    return {
+        "batched": {**bare, "steps": UPDATES * update},
+        "pymunk": {**bare, **reference, "steps": update},
+    }
+
+
+@contextmanager
+def trained(path: Path, **changes: Any) -> Iterator[tuple[Path, float, int]]:
+    """Train in a process of its own; yield its folder, seconds and peak memory [bytes]."""
+    with tempfile.TemporaryDirectory() as folder:
+        file, out = Path(folder, "run.yaml"), Path(folder, "run")
+        run = load_training(path).model_dump(mode="json") | changes
+        file.write_text(json.dumps(run), encoding="utf-8")  # JSON is YAML
+        command = [sys.executable, "-P", "-m", "hazbot_gym", "train", "--config", str(file)]
+        start = time.perf_counter()
+        process = os.posix_spawn(
+            sys.executable,
+            [*command, "--out", str(out)],
+            os.environ,
+            file_actions=[(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)],
+        )
+        _, status, usage = os.wait4(process, 0)
+        seconds = time.perf_counter() - start
+        if os.waitstatus_to_exitcode(status) == 2:
+            raise InvalidInput(f"training: {path.name} cannot be trained, as the line before says")
+        if status != 0:
+            raise RuntimeError(f"{' '.join(command)} ended with {status}")
+        yield out, seconds, usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)

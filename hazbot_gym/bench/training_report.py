@@ -1,0 +1,67 @@
+"""How fast policies learn, as tables on the terminal and as a page of the documentation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from string import Template
+from typing import Any
+
+from rich.console import Group
+
+from hazbot_gym.bench import report
+from hazbot_gym.utils.text_tables import console_table, markdown_table, shown
+
+Record = dict[str, Any]
+
+GOALS = ("run", "goal", "", "measured")
+
+RUNS = ("run", "seed", "seconds", "time ratio", "kinetic intrusion, m²", "return", "arrived, %",
+        "dominated by the expert", "return above the expert's")  # fmt: skip
+
+
+def table(record: Record) -> Group:
+    """Return a record as tables for the terminal."""
+    machine = record["machine"]
+    return Group(
+        console_table(GOALS, list(goal_rows(record))),
+        console_table(RUNS, list(run_rows(record))),
+        f"{machine['processor']}, {machine['cores']} cores, "
+        f"load {record['load_before']:.1f} before",
+    )
+
+
+def page(template: str, record: Record, *, name: str) -> str:
+    """Return the page on training: a template with its placeholders filled in."""
+    tables = {
+        "goals": markdown_table(GOALS, list(goal_rows(record))),
+        "runs": markdown_table(RUNS, list(run_rows(record))),
+    }
+    plain = {"record": name, "episodes": record["episodes"]}
+    return Template(template).substitute(tables, **plain, **record["machine"])
+
+
+def goal_rows(record: Record) -> Iterator[tuple[str, ...]]:
+    """Yield what was to be reached by each run, and what was measured."""
+    for name, found in record["runs"].items():
+        for row in report.goal_rows(found):
+            yield name, *row
+
+
+def run_rows(record: Record) -> Iterator[tuple[str, ...]]:
+    """Yield the expert and every seed of every run."""
+    for name, found in record["runs"].items():
+        yield name, "fuzzy expert", "", *_metrics(found["expert"]), "", ""
+        for run in found["runs"]:
+            answers = (_yes(run["is_dominated"]), _yes(run["is_better_paid"]))
+            seconds = shown(run["seconds"])
+            yield name, str(run["seed"]), seconds, *_metrics(run["metrics"]), *answers
+
+
+def _metrics(metrics: Record) -> Iterator[str]:
+    for name in ("time_ratio", "kinetic_intrusion_m2", "return", "arrived_percent"):
+        mean, low, high = (shown(metrics[name][each]) for each in ("mean", "low", "high"))
+        yield f"{mean} ({low} to {high})"
+
+
+def _yes(value: bool) -> str:
+    return "yes" if value else "no"

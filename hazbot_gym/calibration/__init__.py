@@ -1,0 +1,1 @@
+"""Calibration of the pedestrian model on recorded people."""

@@ -1,0 +1,121 @@
+"""What an episode was like for the people in it: how soon, how near and how hard they were met.
+
+Symbols as in ``metrics.py``; w_i is the velocity of person i relative to the robot. Infinite where
+nobody ever came, or nobody was on course to be met.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hazbot_gym.core.post_encroachment import post_encroachment_time
+from hazbot_gym.core.proxemics import INTIMATE_M, PERSONAL_M, SOCIAL_M
+from hazbot_gym.core.state import Floats
+from hazbot_gym.core.ttc import time_to_collision
+from hazbot_gym.evaluation.episode import RADIUS, VX, VY, Episode, X, Y
+
+CRITICAL_TTC_S = 1.5  # Hyden 1987
+COMFORTABLE_MPS2 = 1.0  # the drive's own deceleration
+WALKING_MPS = 0.1  # whose median speed is no more does not go anywhere
+COMPLIANCE_M = (0.45, 0.5, 1.0, 1.2)  # SocNavGym, Francis et al. 2023, Habitat, Hall
+
+Row = dict[str, float | int | str]
+
+
+def proxemics(d: Floats) -> Row:
+    """Measure how much of the time the nearest person is in each of Hall's zones.
+
+    By centre distance d, as HuNavSim does; ``compliance_050`` is the share of the time in which
+    nobody is nearer than 0.50 m, for each of the limits in use.
+    """
+    nearest = d[1:].min(axis=1)
+    bounds = (0.0, INTIMATE_M, PERSONAL_M, SOCIAL_M, np.inf)
+    zones = zip(("intimate", "personal", "social", "public"), bounds[:-1], bounds[1:], strict=True)
+    return {
+        **{
+            f"share_{zone}": float(((nearest >= low) & (nearest < high)).mean())
+            for zone, low, high in zones
+            if zone != "public"
+        },
+        "share_public": float((nearest >= SOCIAL_M).mean()),
+        **{
+            f"compliance_{round(100 * limit):03d}": float((nearest >= limit).mean())
+            for limit in COMPLIANCE_M
+        },
+    }
+
+
+def encounters(episode: Episode, c: Floats) -> Row:
+    """Measure time to collision, deceleration required, and time between two at a crossing.
+
+    ``ttc_min_s``: least time until robot and person touch if both keep their velocities.
+    ``ttc_exposed_s``: ``TET = sum dt 1[TTC < 1.5 s]`` (Minderhoud and Bovy 2001).
+    ``drac_max_mps2``: ``max u_i^2 / (2 c_i)`` with closing speed u_i >= 0, while clear.
+    ``drac_share``: share of instants with more than the drive brakes by.
+    ``post_encroachment_s``: see ``post_encroachment_s``.
+    """
+    if episode.people.shape[1] == 0:
+        return {
+            "ttc_min_s": np.inf,
+            "ttc_exposed_s": 0.0,
+            "drac_max_mps2": 0.0,
+            "drac_share": 0.0,
+            "post_encroachment_s": np.inf,
+        }
+    dt, ttc = np.diff(episode.time_s), times_to_collision(episode)
+    drac = _required_deceleration(episode, c)
+    return {
+        "ttc_min_s": float(ttc.min()),
+        "ttc_exposed_s": float((ttc[1:].min(axis=1) < CRITICAL_TTC_S) @ dt),
+        "drac_max_mps2": float(drac.max()),
+        "drac_share": float((drac[1:].max(axis=1) > COMFORTABLE_MPS2).mean()),
+        "post_encroachment_s": post_encroachment_s(episode),
+    }
+
+
+def times_to_collision(episode: Episode) -> Floats:
+    """Return the time to collision with everybody (T + 1, K) [s], infinite where nobody is."""
+    if episode.people.shape[1] == 0:
+        return np.full((len(episode.time_s), 1), np.inf)
+    px, py, wx, wy = _relative(episode)
+    reach = episode.people[..., RADIUS] + episode.robot_radius_m
+    return np.where(np.isnan(px), np.inf, time_to_collision(px, py, wx, wy, reach))
+
+
+def post_encroachment_s(episode: Episode) -> float:
+    """Return the least post-encroachment time with anybody who walks; infinite if ways never cross.
+
+    Between one leaving and the other reaching a place: see ``core/post_encroachment.py``.
+    """
+    least = np.inf
+    for person in np.moveaxis(episode.people, 1, 0):
+        there = np.isfinite(person[:, X])
+        seen = person[there]
+        if len(seen) and np.median(np.hypot(seen[:, VX], seen[:, VY])) > WALKING_MPS:
+            reach = float(seen[0, RADIUS]) + episode.robot_radius_m
+            way = np.ascontiguousarray(seen[:, [X, Y, VX, VY]])
+            times_s = episode.time_s[there]
+            apart = post_encroachment_time(episode.time_s, episode.pose, times_s, way, reach)
+            least = min(least, apart)
+    return least
+
+
+def _relative(episode: Episode) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return everybody's position and velocity relative to the robot, each (T + 1, K)."""
+    heading, v = episode.pose[:, 2:], episode.speed_mps[:, None]
+    people = episode.people
+    return (
+        people[..., X] - episode.pose[:, :1],
+        people[..., Y] - episode.pose[:, 1:2],
+        people[..., VX] - v * np.cos(heading),
+        people[..., VY] - v * np.sin(heading),
+    )
+
+
+def _required_deceleration(episode: Episode, c: Floats) -> Floats:
+    """Return ``max(u_i, 0)^2 / (2 c_i)`` [m/s^2], (T + 1, K); 0 where nobody is or all touch."""
+    px, py, wx, wy = _relative(episode)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        closing = np.maximum(-(px * wx + py * wy) / np.hypot(px, py), 0.0)
+        required = closing**2 / (2.0 * c)
+    return np.where(np.isfinite(required) & (c > 0.0), required, 0.0)

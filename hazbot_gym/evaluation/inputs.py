@@ -1,0 +1,138 @@
+"""What results depend on beyond code and values: the contents of all files that are read for them.
+
+Of an environment these are the files of its place or its recordings, and a ``config`` file. Of a
+policy of the library it is the file of its weights. A policy of one's own is made and asked once in
+a process of its own, which notes all modules outside the installed packages that are imported, and
+all files that Python opens for reading.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import site
+import sys
+import sysconfig
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hazbot_gym.evaluation.rollout import resolve
+from hazbot_gym.evaluation.scenario_set import ScenarioSet
+from hazbot_gym.evaluation.workers import processes
+from hazbot_gym.policies.base import NO_CODE, REGISTER, Permissions
+from hazbot_gym.policies.base import make as make_policy
+from hazbot_gym.policies.learned import Learned
+from hazbot_gym.task.inputs import input_files
+from hazbot_gym.utils import provenance
+
+COMPILED = (".pyc", ".nbi", ".nbc")  # caches of Python and numba, made of what is noted anyway
+SYSTEM = (Path("/dev"), Path("/proc"), Path("/sys"))
+
+Shape = tuple[int, ...]
+
+
+def of_set(scenarios: ScenarioSet) -> list[Path]:
+    """Return the files that the environment of a set is read from.
+
+    Raises:
+        InvalidInput: There is no such environment, or one of the files cannot be used.
+    """
+    config, _ = resolve(scenarios)
+    given = scenarios.overrides.get("config")
+    return [*([Path(given)] if isinstance(given, str | Path) else []), *input_files(config)]
+
+
+def of_policy(spec: str, blanks: Iterable[Shape], allowed: Permissions = NO_CODE) -> list[Path]:
+    """Return the files that a policy is read from.
+
+    Args:
+        spec: What ``policies.base.make`` takes.
+        blanks: Shapes of observations that it can be asked about.
+        allowed: What it may run.
+    """
+    if spec.partition(":")[0] in REGISTER:
+        policy = make_policy(spec, **allowed._asdict())
+        if not isinstance(policy, Learned):
+            return []
+        if policy.path.suffix != ".zip":  # whose pickles import modules
+            return [policy.path]
+    with processes(1) as pool:  # in which nothing is imported yet
+        return [Path(name) for name in pool.submit(_noted, (spec, allowed, *blanks)).result()]
+
+
+def digests(paths: Iterable[Path]) -> dict[str, str]:
+    """Return the SHA-256 of each file's content, by its path."""
+    return {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in paths}
+
+
+def changed(before: Mapping[str, str], now: Mapping[str, str]) -> str | None:
+    """Return the first file that was edited, added or removed, of two ``digests``; else None.
+
+    The folder that they are all in may have been moved.
+    """
+    new, old = _within(now), _within(before)
+    for each, other in ((new, old), (old, new)):
+        for (name, digest), path in each.items():
+            if (name, digest) not in other:
+                return path
+    return None
+
+
+def mark(paths: Iterable[Path]) -> str:
+    """Return a hash of files' names and contents; the folder that they are all in may be moved."""
+    found = sorted(_within(digests(paths)))
+    return hashlib.sha256(repr(found).encode()).hexdigest()[:16]
+
+
+def last_change(path: Path) -> tuple[int, int]:
+    """Return what tells at once that a file was hardly edited: size and time of its last change."""
+    about = path.stat()
+    return about.st_size, about.st_mtime_ns
+
+
+def _within(found: Mapping[str, str]) -> dict[tuple[str, str], str]:
+    """Return paths by name within the folder that all are in, and by digest."""
+    absolute = {os.path.abspath(path): path for path in found}
+    top = os.path.commonpath([os.path.dirname(path) for path in absolute]) if absolute else ""
+    return {
+        (Path(os.path.relpath(full, top)).as_posix(), found[path]): path
+        for full, path in absolute.items()
+    }
+
+
+def _noted(task: tuple[Any, ...]) -> list[str]:
+    """Make a policy and ask it; return the files outside the installed packages that it used."""
+    spec, allowed, *blanks = task
+    opened: set[str] = set()
+
+    def note(event: str, arguments: tuple[Any, ...]) -> None:
+        if event == "open" and not isinstance(arguments[0], int):
+            name, _, flags = arguments
+            if not flags & (os.O_WRONLY | os.O_CREAT | os.O_TRUNC):  # "r+", too, may only read
+                opened.add(os.path.abspath(os.fsdecode(name)))
+        elif event == "sqlite3.connect":
+            opened.add(os.path.abspath(os.fsdecode(arguments[0])))
+
+    sys.addaudithook(note)  # for good: the process ends after this
+    policy = make_policy(spec, **allowed._asdict())
+    for blank in blanks:
+        starts = np.ones(blank[:-1] or 1, np.bool_)
+        policy.predict(np.zeros(blank, np.float32), episode_start=starts, deterministic=True)
+    modules = [getattr(module, "__file__", None) for module in list(sys.modules.values())]
+    opened.update(os.path.abspath(file) for file in modules if file)
+    return sorted(name for name in opened if _is_own(Path(name)))
+
+
+def _is_own(path: Path) -> bool:
+    """Tell whether a file belongs neither to the system nor to an installed package."""
+    if path.suffix in COMPILED or not path.is_file():
+        return False
+    paths = sysconfig.get_paths()
+    installed = [paths[name] for name in ("stdlib", "platstdlib", "purelib", "platlib")]
+    installed += [*site.getsitepackages(), site.getusersitepackages()]
+    roots = [provenance.PACKAGE, *SYSTEM, *map(Path, installed)]
+    places = (path, path.resolve())
+    return not any(each.is_relative_to(root) for each in places for root in (*roots,))

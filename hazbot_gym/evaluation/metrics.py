@@ -1,0 +1,249 @@
+"""What one recorded episode is worth: a flat row of named numbers, the unit in each name.
+
+Formulas and sources stand in the docstrings. Symbols: time step dt, robot speed v, acceleration
+a = dv/dt, jerk j = da/dt, clearance c_i (surface to surface) and centre distance d_i of person i,
+time T, free time T_free. Sums run over the decision instants after the start, the last included.
+
+These are proxies of safety and comfort. Nobody was asked how a drive felt.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hazbot_gym.core.proxemics import PERSONAL_M, SOCIAL_M
+from hazbot_gym.core.ssm import SsmThresholds, protective_distance
+from hazbot_gym.core.state import ROBOT_MASS_KG, Floats
+from hazbot_gym.evaluation.encounters import Row, encounters, proxemics, times_to_collision
+from hazbot_gym.evaluation.episode import RADIUS, Episode, X, Y
+from hazbot_gym.evaluation.people_impact import burden
+from hazbot_gym.task.outcome import MOVING_MPS
+
+# What `hazbot eval --json` reports, in this order; the table shows the same.
+HEADLINE = (
+    "arrived",
+    "timeout",
+    "contact_robot_caused",
+    "contact_person_caused",
+    "ssm_violation",
+    "kinetic_intrusion_m2",
+    "time_ratio",
+    "rms_jerk_mps3",
+    "return",
+)
+DEFAULT_SSM = SsmThresholds()
+CALM_TTC_S = 5.0
+INSPECTION_MPS = 0.25
+REVERSAL_MPS2 = 0.1
+BRAKES_MPS2, HARD_BRAKE = 1.0, 0.8  # the drive's deceleration, and the share of it that is hard
+ROLLING, GRAVITY_MPS2 = 0.015, 9.81  # rubber on a hard floor
+
+
+def measure(episode: Episode, ssm: SsmThresholds = DEFAULT_SSM) -> Row:
+    """Return all metrics of an episode as one flat row."""
+    d = distances(episode)
+    c = clearances(episode, d)
+    return {
+        **_end(episode),
+        **_duration(episode),
+        **_standing(episode, c),
+        **_nearness(episode, d, c),
+        **proxemics(d),
+        **encounters(episode, c),
+        **burden(episode, c),
+        **_separation(episode, c, ssm),
+        **_smoothness(episode),
+        **_energy(episode),
+        **_tracking(episode),
+        **_reward(episode),
+        "ssm_profile": ssm.profile(),
+    }
+
+
+def distances(episode: Episode) -> Floats:
+    """Return the centre distance d_i [m] to everybody, (T + 1, K), infinite where nobody is."""
+    if episode.people.shape[1] == 0:
+        return np.full((len(episode.time_s), 1), np.inf)
+    dx = episode.people[..., X] - episode.pose[:, :1]
+    dy = episode.people[..., Y] - episode.pose[:, 1:2]
+    d = np.hypot(dx, dy)
+    return np.where(np.isnan(d), np.inf, d)
+
+
+def clearances(episode: Episode, d: Floats) -> Floats:
+    """Return the clearance c_i = d_i - R - R_i [m] to everybody, infinite where nobody is."""
+    if episode.people.shape[1] == 0:
+        return d
+    c = d - episode.robot_radius_m - episode.people[..., RADIUS]
+    return np.where(np.isnan(c), np.inf, c)
+
+
+def _end(episode: Episode) -> Row:
+    """Measure how it ended: arrival, contact and its cause, timeout.
+
+    A contact is robot-caused if the robot drove and closed in faster than the person did; the world
+    decides that when it happens (SEAN 2.0 and HuNavSim tell the two apart in the same way). The
+    robot was passive if it stood at the last instant before (Alami, Simeon and Krishna 2002).
+    """
+    contact = episode.outcome.startswith("contact")
+    with_person = episode.outcome == "contact_person"
+    stood = bool(abs(episode.speed_mps[-2:][0]) <= MOVING_MPS)
+    return {
+        "outcome": episode.outcome,
+        "arrived": int(episode.outcome == "arrived"),
+        "timeout": int(episode.outcome == "timeout"),
+        "contact_robot_caused": int(with_person and episode.contact_caused_by == "robot"),
+        "contact_person_caused": int(with_person and episode.contact_caused_by == "person"),
+        "contact_wall": int(episode.outcome == "contact_wall"),
+        "contact_passive": float(stood) if contact else float("nan"),
+        "contact_speed_mps": episode.contact_speed_mps,
+        "contact_energy_j": 0.5 * ROBOT_MASS_KG * episode.contact_speed_mps**2,
+    }
+
+
+def _duration(episode: Episode) -> Row:
+    """Measure time ratio and success weighted by time.
+
+    ``time_ratio = T / T_free``, with T the horizon for everyone who does not arrive: a drive that a
+    contact cuts short is not a quick one. ``stl = success * T_free / max(T, T_free)``.
+    """
+    time = float(episode.time_s[-1] - episode.time_s[0])
+    arrived = episode.outcome == "arrived"
+    counted = time if arrived else episode.horizon_s
+    free = episode.time_free_s
+    return {
+        "steps": len(episode.rewards),
+        "time_s": time,
+        "time_free_s": free,
+        "time_ratio": counted / free,
+        "stl": float(arrived) * free / max(time, free),
+    }
+
+
+def _standing(episode: Episode, c: Floats) -> Row:
+    """Measure how long it stood and how long needlessly, mean speed, and what it could inspect.
+
+    It stands needlessly while nobody is within 3.6 m or will be touched within 5 s. The share of
+    the way that is made slowly enough for a gas sensor to follow is ``inspected_share``; the
+    paper's sensor needs seconds to answer, and half the nominal speed is our choice.
+    """
+    dt, v = np.diff(episode.time_s), np.abs(episode.speed_mps[1:])
+    stands = v < MOVING_MPS
+    is_clear = c[1:].min(axis=1) >= SOCIAL_M
+    is_calm = times_to_collision(episode)[1:].min(axis=1) > CALM_TTC_S
+    way_m = v * dt
+    return {
+        "stalled_s": float(stands @ dt),
+        "stalled_needlessly_s": float((stands & is_clear & is_calm) @ dt),
+        "mean_speed_mps": float(v.mean()),
+        "inspected_share": float(way_m[v <= INSPECTION_MPS].sum() / way_m.sum())
+        if way_m.any()
+        else float("nan"),
+    }
+
+
+def _nearness(episode: Episode, d: Floats, c: Floats) -> Row:
+    """Measure least distance and clearance, intrusion and kinetic intrusion.
+
+    ``intrusion = sum_t sum_i max(1.2 - c_i, 0) dt`` and
+    ``kinetic intrusion = sum_t sum_i |v| max(1.2 - c_i, 0) dt``, with Hall's 1.2 m. The first
+    blames a robot that waits beside a passing person, the second only one that drives there. Read
+    the second beside the time ratio: alone it rewards standing still. Infinite distances: nobody
+    ever came.
+    """
+    dt = np.diff(episode.time_s)
+    depth = np.maximum(PERSONAL_M - c[1:], 0.0).sum(axis=1)
+    return {
+        "clearance_min_m": float(c.min()),
+        "distance_min_m": float(d.min()),
+        "intrusion_m_s": float(depth @ dt),
+        "kinetic_intrusion_m2": float((np.abs(episode.speed_mps[1:]) * depth) @ dt),
+    }
+
+
+def _separation(episode: Episode, c: Floats, ssm: SsmThresholds) -> Row:
+    """Measure speed and separation monitoring over the steps in which the robot moves.
+
+    ``ssm_violation`` is the share of moving steps with min_i c_i < S_p(v), and
+    ``ssm_shortfall_m`` the mean of max(S_p - c, 0) over them; both 0 if the robot never moves.
+    """
+    v = np.abs(episode.speed_mps[1:])
+    moving = v > MOVING_MPS
+    if not moving.any():
+        return {"ssm_violation": 0.0, "ssm_shortfall_m": 0.0}
+    nearest = c[1:].min(axis=1)[moving]
+    shortfall = np.maximum(protective_distance(v[moving], ssm) - nearest, 0.0)
+    return {
+        "ssm_violation": float((shortfall > 0).mean()),
+        "ssm_shortfall_m": float(shortfall.mean()),
+    }
+
+
+def _smoothness(episode: Episode) -> Row:
+    """Measure root mean squares of acceleration and jerk, changes of mind, and hard brakes.
+
+    ``a_k = (v_k+1 - v_k) / dt``, ``j_k = (a_k+1 - a_k) / dt``; 0 where an episode is too short.
+    A reversal is a change of sign between accelerations beyond 0.1 m/s^2 (SocNavBench), a hard
+    brake the beginning of one at more than 0.8 of what the drive can do.
+    """
+    dt = np.diff(episode.time_s)
+    a = np.diff(episode.speed_mps) / dt
+    j = np.diff(a) / dt[1:]
+    signs = np.sign(a[np.abs(a) > REVERSAL_MPS2])
+    is_hard = a < -HARD_BRAKE * BRAKES_MPS2
+    brakes = int((is_hard & ~np.concatenate([[False], is_hard[:-1]])).sum())
+    way_m = float(np.abs(episode.speed_mps[1:]) @ dt)
+    return {
+        "rms_acceleration_mps2": _rms(a),
+        "rms_jerk_mps3": _rms(j),
+        "reversals_per_min": 60.0 * int((np.diff(signs) != 0).sum()) / float(dt.sum()),
+        "hard_brakes_per_100m": 100.0 * brakes / way_m if way_m else 0.0,
+    }
+
+
+def _energy(episode: Episode) -> Row:
+    """Measure the mechanical energy for each metre [J/m] (SocNavBench's motion energy).
+
+    ``sum (|m a v| + c_rr m g |v|) dt / way``, with the paper's 34 kg.
+    """
+    dt = np.diff(episode.time_s)
+    a, v = np.diff(episode.speed_mps) / dt, np.abs(episode.speed_mps[1:])
+    way_m = float(v @ dt)
+    spent = ROBOT_MASS_KG * (np.abs(a) * v + ROLLING * GRAVITY_MPS2 * v) @ dt
+    return {"energy_jpm": float(spent) / way_m if way_m else float("nan")}
+
+
+def _tracking(episode: Episode) -> Row:
+    """Measure cross-track error, RMS and largest, and RMS heading error.
+
+    The pose error is given in the robot's frame; turned by theta_e into the reference's frame, its
+    lateral part is the cross-track error: ``e = x_e sin(theta_e) + y_e cos(theta_e)``.
+    """
+    x_e, y_e, theta_e = episode.pose_error[1:].T
+    cross_track = x_e * np.sin(theta_e) + y_e * np.cos(theta_e)
+    return {
+        "cross_track_rms_m": _rms(cross_track),
+        "cross_track_max_m": float(np.abs(cross_track).max()),
+        "heading_error_rms_rad": _rms(theta_e),
+    }
+
+
+def _reward(episode: Episode) -> Row:
+    """Sum up the return, every unweighted reward term, and the cost, undiscounted."""
+    terms = {f"reward_{name}": float(values.sum()) for name, values in episode.reward_terms.items()}
+    return {"return": float(episode.rewards.sum()), **terms, "cost": float(episode.costs.sum())}
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
+
+
+def means(rows: Sequence[Row]) -> dict[str, float | None]:
+    """Return the mean of each headline metric over rows, None where it is nowhere defined."""
+    columns = {name: np.array([row[name] for row in rows], dtype=float) for name in HEADLINE}
+    return {
+        name: float(column[np.isfinite(column)].mean()) if np.isfinite(column).any() else None
+        for name, column in columns.items()
+    }

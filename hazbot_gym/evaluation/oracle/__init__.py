@@ -1,0 +1,1 @@
+"""Bounds on what any policy can achieve: dynamic programming and trajectory search."""

@@ -1,0 +1,279 @@
+"""One policy in one environment: episodes recorded from the true state, measured to rows."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple, get_args
+
+import gymnasium
+import numpy as np
+
+from hazbot_gym.config import Config, make_config
+from hazbot_gym.core.state import ROBOT_RADIUS_M, Floats, Ints, Records
+from hazbot_gym.envs.corridor import CorridorEnv
+from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE, full_id
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.evaluation import batch_rollout
+from hazbot_gym.evaluation.actions import ask, playable
+from hazbot_gym.evaluation.episode import (
+    ENDING,
+    PERSON_COLUMNS,
+    Episode,
+    ending,
+    labels_of,
+    stack_people,
+)
+from hazbot_gym.evaluation.field_types import MOST_EPISODES, MOST_SEED, Engine
+from hazbot_gym.evaluation.metrics import Row, SsmThresholds, measure
+from hazbot_gym.evaluation.scenario_set import ScenarioSet
+from hazbot_gym.evaluation.without_robot import walked_alone
+from hazbot_gym.policies.base import NO_CODE, Permissions, Policy
+from hazbot_gym.policies.base import make as make_policy
+from hazbot_gym.utils import processors
+from hazbot_gym.utils.whole_number import whole_number
+
+
+class Block(NamedTuple):
+    """Some consecutive episodes of one policy in one scenario set: the unit of work of a study."""
+
+    policy: str
+    scenarios: ScenarioSet
+    first: int
+    episodes: int
+    seed: int
+    ssm: SsmThresholds = SsmThresholds()
+    engine: Engine = "batched"
+    spec: str = ""  # what the policy is made of, where that is not its name
+    training_seed: int = 0  # which of a learner's policies it is
+    allowed: Permissions = NO_CODE  # what its policy may run; no number depends on it
+
+
+def evaluate(
+    policy: str,
+    env_id: str,
+    *,
+    episodes: int,
+    seed: int = 0,
+    overrides: Mapping[str, Any] | None = None,
+    engine: str = "batched",
+    allow_pickle: bool = False,
+) -> list[Row]:
+    """Run a policy for some episodes and return one row of metrics each.
+
+    Args:
+        policy: built-in name with options (``constant:0.5``) or ``module:attribute``.
+        env_id: id of a hazbot_gym environment.
+        episodes: number of episodes.
+        seed: root of the seeds of all episodes. The same root, environment and named scenario meet
+            the same episodes as in ``hazbot study``.
+        overrides: config values that differ from the environment's own.
+        engine: ``batched``, or ``pymunk`` for the reference.
+        allow_pickle: whether a ``learned`` zip may run the code that is in it.
+
+    Raises:
+        InvalidInput: one of the arguments is not usable.
+    """
+    _check_names(policy, overrides)
+    check_counts(episodes, seed)
+    scenarios = scenario_set(env_id, overrides)
+    if engine not in get_args(Engine):
+        raise InvalidInput(f"engine: given {engine!r}, allowed are {', '.join(get_args(Engine))}")
+    allowed = Permissions(allow_pickle=allow_pickle, allow_code=True)
+    block = Block(policy, scenarios, 0, episodes, seed, engine=engine, allowed=allowed)  # type: ignore[arg-type]
+    try_out(scenarios, [policy], block.engine, allowed)
+    return run_block(block, threads=processors.usable())
+
+
+def _check_names(policy: object, overrides: object) -> None:
+    if not isinstance(policy, str):
+        raise InvalidInput(
+            f"policy: given {policy!r}, allowed is text: name:option=value or module:attribute"
+        )
+    is_mapping = overrides is None or isinstance(overrides, Mapping)
+    if not is_mapping or not all(isinstance(name, str) for name in overrides or ()):
+        raise InvalidInput(f"overrides: given {overrides!r}, allowed is a mapping from names")
+
+
+def check_counts(episodes: int, seed: int) -> None:
+    """Complain about a number of episodes, or a root of their seeds, that cannot be run."""
+    whole_number(episodes, "episodes", 1, MOST_EPISODES)
+    whole_number(seed, "seed", 0, MOST_SEED)
+
+
+def scenario_set(env_id: str, overrides: Mapping[str, Any] | None = None) -> ScenarioSet:
+    """Return an environment as a set, named as in ``hazbot study``, so that its seeds agree."""
+    changes, env = dict(overrides or {}), full_id(env_id)
+    preset = env.rsplit("/", 1)[-1].rsplit("-v", 1)[0]
+    name = str(changes.get("scenario") or preset)
+    return ScenarioSet(name=name, env=env, overrides=changes)
+
+
+def try_out(
+    scenarios: ScenarioSet,
+    policies: Iterable[str],
+    engine: Engine,
+    allowed: Permissions = NO_CODE,
+) -> Config:
+    """Ask each policy for an action in the environment of a set, and return the resolved config.
+
+    Raises:
+        InvalidInput: one of them cannot be made, or they do not fit each other.
+    """
+    made = {name: make_policy(name, **allowed._asdict()) for name in policies}
+    if engine == "batched":
+        config, _ = resolve(scenarios)
+        batch_rollout.try_out(config, made)
+        return config
+    env = make_env(scenarios)
+    observation, _ = env.reset(seed=0)
+    for policy in made.values():
+        action, _ = ask(policy, observation)
+    env.step(playable(action, env.action_space))
+    return env.unwrapped.config  # type: ignore[attr-defined,no-any-return]
+
+
+def run_block(block: Block, threads: int = 1) -> list[Row]:
+    """Run a block of episodes and return their rows; depends on nothing but the block.
+
+    Args:
+        block: what to run.
+        threads: that the batched engine may use.
+    """
+    policy = make_policy(block.spec or block.policy, **block.allowed._asdict())
+    indices = range(block.first, block.first + block.episodes)
+    seeds = [episode_seed(block.seed, block.scenarios.name, index) for index in indices]
+    if block.engine == "batched":
+        config, limit = resolve(block.scenarios)
+        runs = batch_rollout.run_episodes(config, policy, seeds, limit=limit, threads=threads)
+    else:
+        env = make_env(block.scenarios)
+        runs = (run_episode(env, policy, seed) for seed in seeds)
+    return [
+        {
+            "policy": block.policy,
+            "training_seed": block.training_seed,
+            "scenario_set": block.scenarios.name,
+            "env": block.scenarios.env,
+            "episode": index,
+            "seed": seed,
+            "scenario": scenario_id(block.scenarios.name, index),
+            **labels,
+            **measure(episode, block.ssm),
+        }
+        for index, seed, (episode, labels) in zip(indices, seeds, runs, strict=True)
+    ]
+
+
+def run_episode(env: gymnasium.Env[Any, Any], policy: Policy, seed: int) -> tuple[Episode, Row]:
+    """Run one episode and return its record, and the labels of its scenario.
+
+    Raises:
+        InvalidInput: One of the arguments is something else.
+    """
+    if not hasattr(getattr(env, "unwrapped", None), "snapshot"):
+        raise InvalidInput(f"env: given {env!r}, allowed is gymnasium.make of a hazbot_gym id")
+    if isinstance(policy, type) or not isinstance(policy, Policy):
+        raise InvalidInput(f"policy: given {policy!r}, allowed is an object with predict")
+    whole_number(seed, "seed", 0)
+    observation, start = env.reset(seed=int(seed))
+    state, episode_start = None, np.array([True])
+    snapshots, steps = [env.unwrapped.snapshot()], []  # type: ignore[attr-defined]
+    done = False
+    while not done:
+        action, state = ask(policy, observation, state, episode_start)
+        observation, reward, terminated, truncated, info = env.step(
+            playable(action, env.action_space)
+        )
+        snapshots.append(env.unwrapped.snapshot())  # type: ignore[attr-defined]
+        steps.append((float(reward), info))
+        episode_start = np.array([False])
+        done = terminated or truncated
+    labels = labels_of(env.unwrapped.source, start["scenario_key"])  # type: ignore[attr-defined]
+    return _record(env, snapshots, steps, start), labels
+
+
+def make_env(scenarios: ScenarioSet, render_mode: str | None = None) -> gymnasium.Env[Any, Any]:
+    """Make the environment of a scenario set, on pymunk.
+
+    Raises:
+        InvalidInput: there is no such environment, or a config value is not allowed.
+    """
+    return CorridorEnv(resolve(scenarios)[0], render_mode=render_mode)
+
+
+def resolve(scenarios: ScenarioSet) -> tuple[Config, int]:
+    """Return the config of a set's environment, and after how many decisions an episode is cut off.
+
+    Raises:
+        InvalidInput: as for ``make_env``.
+    """
+    _, preset = ENVIRONMENTS[full_id(scenarios.env).removeprefix(f"{NAMESPACE}/")]
+    values = dict(scenarios.overrides)
+    if "preset" in values:
+        raise InvalidInput("preset: given, but env says which; give single values")
+    config = make_config(values.pop("config", None), preset=preset, **values)
+    return config, config.max_episode_steps
+
+
+def episode_seed(root: int, name: str, index: int) -> int:
+    """Return the reset seed of one episode of a scenario set, independent of all others."""
+    key = (zlib.crc32(name.encode()), index)
+    return int(np.random.SeedSequence(root, spawn_key=key).generate_state(1)[0])
+
+
+def scenario_id(name: str, index: int) -> str:
+    """Return what a scenario of a set is called, such as ``test/Crossing/017``."""
+    return f"{name}/{index:03d}"
+
+
+def environment_ids() -> list[str]:
+    """Return the ids of this project's environments."""
+    return [f"{NAMESPACE}/{name}" for name in ENVIRONMENTS]
+
+
+def _record(
+    env: gymnasium.Env[Any, Any],
+    snapshots: list[Any],
+    steps: list[tuple[float, dict[str, Any]]],
+    start: dict[str, Any],
+) -> Episode:
+    """Turn what was seen at each instant into arrays; ``start`` is what the reset told."""
+    config = env.unwrapped.config  # type: ignore[attr-defined]
+    last = steps[-1][1]
+    infos = [info for _, info in steps]
+    who, people = _people([s.people for s in snapshots], [s.persons for s in snapshots])
+    source, key = env.unwrapped.source, start["scenario_key"]  # type: ignore[attr-defined]
+
+    def column(*fields: str) -> Floats:
+        return np.array([[getattr(s, field) for field in fields] for s in snapshots], dtype=float)
+
+    return Episode(
+        time_s=column("time_s")[:, 0],
+        pose=column("x", "y", "theta"),
+        speed_mps=column("speed_mps")[:, 0],
+        command_mps=column("command_mps")[:, 0],
+        pose_error=column("x_e", "y_e", "theta_e"),
+        people=people,
+        people_alone=walked_alone(config, source, key, who, len(snapshots)),
+        rewards=np.array([reward for reward, _ in steps]),
+        reward_terms={
+            name: np.array([info["reward_terms"][name] for info in infos])
+            for name in last["reward_terms"]
+        },
+        costs=np.array([info["cost"] for info in infos], dtype=float),
+        **ending(*(last[name] for name in ENDING)),
+        time_free_s=float(start["time_free_s"]),
+        horizon_s=config.max_episode_steps * config.clock.decision_s,
+        robot_radius_m=ROBOT_RADIUS_M,
+    )
+
+
+def _people(present: list[Records], persons: list[Ints]) -> tuple[Ints, Floats]:
+    """Return who was ever present, and all of them at all instants; see ``stack_people``."""
+    counts = [len(people) for people in present]
+    # Joined as bytes: numpy takes far longer to join records, field by field.
+    together = np.frombuffer(b"".join(people.tobytes() for people in present), present[0].dtype)
+    columns = np.stack([together[name] for name in PERSON_COLUMNS], axis=1)
+    instants = np.repeat(np.arange(len(present)), counts)
+    return stack_people(instants, np.concatenate(persons), columns, len(present))

@@ -1,0 +1,1 @@
+"""Intervals, tests and aggregates over episodes, scenarios and training seeds."""

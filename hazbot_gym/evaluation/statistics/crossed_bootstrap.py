@@ -1,0 +1,156 @@
+"""How sure a number is if training was luck as well: seeds and scenarios resampled crosswise.
+
+The scores of a learned policy are a matrix (R, N): one row per training seed, one column per
+scenario; all seeds meet the same scenarios. The run of seed r in scenario n enters a resample
+``a_r b_n`` times, where a counts the draws of R seeds with replacement and b, independently, those
+of the scenarios within each set: the pigeonhole bootstrap of Owen (2007, Annals of Applied
+Statistics 1). Resampling the scenarios alone would only speak of these very seeds, and resampling
+runs as if they were independent would be sure of too much. A deterministic policy has one row.
+
+A run that is not finite is not defined there and counts nowhere, as in ``statistics``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from hazbot_gym.core.state import Floats, Ints
+from hazbot_gym.evaluation.statistics.intervals import (
+    RESAMPLES,
+    Estimate,
+    percentile_interval,
+    ratio,
+    scenario_draws,
+    sums_of_defined,
+)
+
+RESAMPLES_AT_A_TIME = 64  # weights of all runs, held at once; few enough to stay in the cache
+
+
+class CrossedDraws(NamedTuple):
+    """How often each training seed and each scenario enters each of B resamples."""
+
+    seeds: Floats  # (B, R)
+    scenarios: Floats  # (B, N), shared by all policies that are compared
+
+
+Statistic = Callable[[npt.ArrayLike, CrossedDraws], Floats]  # of scores (R, N) or (N,): (B,)
+
+
+def crossed_draws(
+    strata: npt.ArrayLike,
+    seeds: Iterable[int],
+    rng: np.random.Generator,
+    *,
+    resamples: int = RESAMPLES,
+) -> list[CrossedDraws]:
+    """Draw the scenarios once for all policies, and for each policy its training seeds.
+
+    A policy of one seed in sets of one scenario each leaves nothing to resample: its seed's counts
+    are NaN, and with them every interval and p-value. A width of 0 would be certainty from a single
+    episode.
+
+    Args:
+        strata: (N,) label of each scenario's set; each set is resampled by itself, at its size.
+        seeds: number of training seeds R of each policy; of one with 1 the scenarios alone vary.
+        rng: source of the draws. The scenarios are drawn first, as ``scenario_draws`` does.
+        resamples: number of resamples B.
+    """
+    scenarios = scenario_draws(strata, rng, resamples=resamples)
+    is_fixed = len(np.unique(np.asarray(strata))) == scenarios.shape[1]
+    return [
+        CrossedDraws(
+            np.full((resamples, 1), np.nan)
+            if is_fixed and number == 1
+            else scenario_draws(np.zeros(number), rng, resamples=resamples),  # seeds are of one set
+            scenarios,
+        )
+        for number in seeds
+    ]
+
+
+def each_once(draws: CrossedDraws) -> CrossedDraws:
+    """Return the one resample that is the data itself: B = 1, every count 1."""
+    return CrossedDraws(*(np.ones((1, counts.shape[1])) for counts in draws))
+
+
+def score_matrix(scores: npt.ArrayLike, draws: CrossedDraws) -> Floats:
+    """Return scores (R, N), or (N,) of one seed, as the matrix (R, N) that the draws are of.
+
+    Raises:
+        ValueError: they are of other seeds or scenarios. Draws of one seed would fit a matrix of
+            many, and take training for no luck at all.
+    """
+    matrix = np.atleast_2d(np.asarray(scores, dtype=float))
+    drawn = (draws.seeds.shape[1], draws.scenarios.shape[1])
+    if matrix.shape != drawn:
+        raise ValueError(f"scores: given the shape {matrix.shape}, allowed is {drawn}, as drawn")
+    return matrix
+
+
+def crossed_mean(scores: npt.ArrayLike, draws: CrossedDraws) -> Floats:
+    """Return each resample's mean ``sum_rn a_r b_n x_rn / sum_rn a_r b_n``, (B,)."""
+    mean: Floats = crossed_means(score_matrix(scores, draws)[None], draws)[0]
+    return mean
+
+
+def crossed_means(scores: Floats, draws: CrossedDraws) -> Floats:
+    """Return the crossed means of several metrics, (M, B), of scores (M, R, N).
+
+    All in one matrix product: one by one, each would wait for all draws to come from memory.
+    """
+    metrics, seeds, scenarios = scores.shape
+    flat = scores.reshape(metrics * seeds, scenarios)
+    sums, sizes = (
+        np.einsum("br,bmr->mb", draws.seeds, each.reshape(-1, metrics, seeds))
+        for each in sums_of_defined(flat, draws.scenarios)
+    )
+    return ratio(sums, sizes)
+
+
+def crossed_estimate(
+    scores: npt.ArrayLike,
+    draws: CrossedDraws,
+    statistic: Statistic = crossed_mean,
+    *,
+    confidence: float = 0.95,
+) -> Estimate:
+    """Estimate a statistic of the scores with its crossed percentile interval.
+
+    Args:
+        scores: (R, N), or (N,) of one seed.
+        draws: from ``crossed_draws``, or ``pair_draws`` where the scores compare two policies.
+        statistic: what is estimated; the mean unless given.
+        confidence: nominal coverage of the interval.
+    """
+    value = float(statistic(scores, each_once(draws))[0])
+    return percentile_interval(value, statistic(scores, draws), confidence=confidence)
+
+
+def crossed_estimates(
+    scores: Floats, draws: CrossedDraws, *, confidence: float = 0.95
+) -> list[Estimate]:
+    """Estimate the means of several metrics, given as scores (M, R, N), as ``crossed_estimate``."""
+    values, resampled = crossed_means(scores, each_once(draws)), crossed_means(scores, draws)
+    return [
+        percentile_interval(float(value), means, confidence=confidence)
+        for value, means in zip(values[:, 0], resampled, strict=True)
+    ]
+
+
+def run_weights(runs: Ints, draws: CrossedDraws) -> Iterator[Floats]:
+    """Yield the weights ``a_r b_n`` of runs, (b, M), for some resamples after the other.
+
+    Args:
+        runs: (M,) flat indices into the score matrix, in the order in which weights are wanted.
+        draws: B resamples, of which ``RESAMPLES_AT_A_TIME`` come at once.
+    """
+    rows, columns = np.divmod(runs, draws.scenarios.shape[1])
+    for start in range(0, len(draws.seeds), RESAMPLES_AT_A_TIME):
+        some = slice(start, start + RESAMPLES_AT_A_TIME)
+        seeds, scenarios = (counts[some] for counts in draws)
+        yield np.take(seeds, rows, axis=1) * np.take(scenarios, columns, axis=1)

@@ -1,0 +1,26 @@
+"""Scores on a scale that all sets of scenarios share: 0 a constant speed, 1 the optimum."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from hazbot_gym.core.state import Floats
+from hazbot_gym.evaluation.statistics.intervals import ratio
+
+
+def normalised_score(
+    score: npt.ArrayLike, constant: npt.ArrayLike, optimum: npt.ArrayLike
+) -> Floats:
+    """Return ``(J - J_const) / (J_opt - J_const)``; NaN where the optimum is the constant speed.
+
+    A scenario with almost no room gives enormous values; report medians and interquartile means of
+    such scores, or normalise means.
+
+    Args:
+        score: J, of any shape.
+        constant: J_const of the best constant speed, chosen on other scenarios; broadcasts with J.
+        optimum: J_opt, the most that can be achieved; broadcasts with J.
+    """
+    j, low, top = np.broadcast_arrays(*(np.asarray(x, float) for x in (score, constant, optimum)))
+    return ratio(j - low, top - low)

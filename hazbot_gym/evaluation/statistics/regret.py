@@ -1,0 +1,120 @@
+"""How far policies are from the best that could have been done, scenario by scenario.
+
+With J and T a policy's return and time ratio, J* and T* those of the yardstick in the same
+scenario, J_c the return of the best constant speed and T_r the time ratio of the reference:
+
+    regret            mean(J* - J)
+    normalised        mean(J - J_c) / mean(J* - J_c)      0 the constant speed, 1 the yardstick
+    avoidable delay   mean(T - T*)
+    delay removed     1 - mean(T - T*) / mean(T_r - T*)   of the reference's avoidable delay
+
+Intervals are of the crossed bootstrap, ratios formed anew in every resample.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hazbot_gym.core.state import Floats
+from hazbot_gym.evaluation.statistics.crossed_bootstrap import (
+    CrossedDraws,
+    crossed_draws,
+    crossed_mean,
+    each_once,
+)
+from hazbot_gym.evaluation.statistics.intervals import Estimate, percentile_interval, ratio
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+CONSTANT = "constant"
+
+
+def regrets(
+    rows: pd.DataFrame, best: pd.DataFrame, names: tuple[str, ...], reference: str,
+    *, resamples: int, confidence: float, seed: int,
+) -> dict[str, Any]:  # fmt: skip
+    """Return each policy's distance from the yardstick, and the yardstick's own figures.
+
+    Args:
+        rows: of the policies, in any scenarios.
+        best: of the yardstick, in those scenarios that count.
+        names: of the policies.
+        reference: whose avoidable delay others are held against.
+        resamples: of the bootstrap.
+        confidence: nominal coverage of the intervals.
+        seed: of the draws.
+    """
+    scores = {name: _scores(rows[rows["policy"] == name], best) for name in names}
+    seeds = [len(scores[name]["return"]) for name in names]
+    rng = np.random.default_rng(seed)
+    drawn = crossed_draws(best["scenario_set"], [*seeds, 1], rng, resamples=resamples)
+    draws = dict(zip(names, drawn, strict=False))
+    mark = {name: best[name].to_numpy(float)[None] for name in ("bound", "time_ratio")}
+    constants = [name for name in names if name.startswith(CONSTANT)]
+    constant = max(constants, key=lambda name: scores[name]["return"].mean(), default=None)
+
+    def over(name: str, metric: str, top: Floats) -> tuple[Floats, CrossedDraws]:
+        return top - scores[name][metric], draws[name]
+
+    def of(name: str) -> dict[str, Estimate]:
+        delay = over(name, "time_ratio", mark["time_ratio"])
+        found = {
+            "regret": _estimate(confidence, over(name, "return", mark["bound"])),
+            "avoidable_delay": _negative(_estimate(confidence, delay)),
+            "delay_removed": _one_less(
+                _estimate(confidence, delay, over(reference, "time_ratio", mark["time_ratio"]))
+            ),
+        }
+        if constant is not None:
+            left = _estimate(
+                confidence,
+                over(name, "return", mark["bound"]),
+                over(constant, "return", mark["bound"]),
+            )
+            found["normalised"] = _one_less(left)
+        return found
+
+    metrics = ("bound", "time_ratio", "kinetic_intrusion_m2")
+    return {
+        "episodes": len(best),
+        "constant": constant,
+        "best": {name: _mean(best[name]) for name in metrics},
+        "policies": {name: of(name) for name in names},
+    }
+
+
+def _scores(rows: pd.DataFrame, best: pd.DataFrame) -> dict[str, Floats]:
+    """Return a policy's scores (training seeds, scenarios) in the scenarios of the yardstick."""
+    keys = ["scenario_set", "episode"]
+    table = rows.set_index([*keys, "training_seed"])[["return", "time_ratio"]].unstack()
+    mine = table.loc[list(best[keys].itertuples(index=False, name=None))]
+    return {name: mine[name].to_numpy(float).T for name in ("return", "time_ratio")}
+
+
+def _estimate(
+    confidence: float,
+    numerator: tuple[Floats, CrossedDraws],
+    denominator: tuple[Floats, CrossedDraws] | None = None,
+) -> Estimate:
+    """Estimate a mean, or a ratio of two means over the same draws of scenarios."""
+    parts = [part for part in (numerator, denominator) if part is not None]
+    once = [crossed_mean(scores, each_once(draws)) for scores, draws in parts]
+    many = [crossed_mean(scores, draws) for scores, draws in parts]
+    if denominator is None:
+        return percentile_interval(float(once[0][0]), many[0], confidence=confidence)
+    return percentile_interval(float(ratio(*once)[0]), ratio(*many), confidence=confidence)
+
+
+def _negative(estimate: Estimate) -> Estimate:
+    return Estimate(-estimate.mean, -estimate.high, -estimate.low)
+
+
+def _one_less(estimate: Estimate) -> Estimate:
+    return Estimate(1.0 - estimate.mean, 1.0 - estimate.high, 1.0 - estimate.low)
+
+
+def _mean(values: pd.Series) -> float:
+    return float(values.mean())

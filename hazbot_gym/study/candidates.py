@@ -1,0 +1,200 @@
+"""Who takes part in a study: policies as given, families tuned first, and learners trained first.
+
+    OUT/tuned/FAMILY.json   a search on validation scenarios
+    OUT/trained/NAME/SEED/  a training run
+
+Searches and runs are jobs that go side by side, one core each. Each resumes by itself, so a killed
+study goes on with what is left of them.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rich.console import Console
+
+from hazbot_gym.config import merge
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.evaluation.inputs import digests
+from hazbot_gym.policies.base import NO_CODE, Permissions, spec_of
+from hazbot_gym.policies.search_spaces import SPACES
+from hazbot_gym.study.config import Learner, StudyConfig
+from hazbot_gym.study.costs import Training
+from hazbot_gym.training import run_folder
+from hazbot_gym.training.config import TrainConfig, load_training
+from hazbot_gym.training.inputs import of_training
+from hazbot_gym.utils.files import file_name, read_json
+from hazbot_gym.utils.yaml_loader import read_yaml
+
+TUNED, TRAINED = "tuned", "trained"
+_FILE = spec_of("learned", {"path": ""})
+
+
+class Entrant(NamedTuple):
+    """A policy under its name, as what ``policies.base.make`` takes."""
+
+    name: str
+    specs: tuple[str, ...]  # of a learner one for each training seed
+
+
+class Job(NamedTuple):
+    """Something to be done before a study can begin; a function and arguments that pickle."""
+
+    run: Callable[..., Any]
+    arguments: tuple[Any, ...]
+
+
+def check(study: StudyConfig, allowed: Permissions = NO_CODE) -> None:
+    """Check that all who are to be tuned or trained can be.
+
+    Raises:
+        InvalidInput: there is no such family, or a learner's training file, changes or seeds
+            cannot be used, or its teacher is not allowed.
+    """
+    unknown = [family for family in study.tuned if family not in SPACES]
+    if unknown:
+        raise InvalidInput(f"tuned: given {unknown[0]!r}, allowed are {', '.join(SPACES)}")
+    for learner in study.learners:
+        _check_learner(learner, allowed)
+
+
+def _check_learner(learner: Learner, allowed: Permissions) -> None:
+    from hazbot_gym.training import run as training
+
+    try:
+        training.make_all(training_of(learner, learner.seeds - 1), allowed)
+    except InvalidInput as fault:
+        raise InvalidInput(f"learners: {learner.name!r}: {fault}") from None
+
+
+def jobs(
+    study: StudyConfig,
+    out: Path,
+    allowed: Permissions = NO_CODE,
+    console: Console | None = None,
+) -> list[Job]:
+    """Return what is still to be done; learners first, which take longest.
+
+    A search of other code or data is begun anew, as shards are, and a run of other data.
+
+    Args:
+        study: what is run.
+        out: its folder.
+        allowed: what a teacher may run.
+        console: where is said what is begun anew; None for nowhere.
+    """
+    console = console or Console(quiet=True)
+    return [*_trainings(study, out, allowed, console), *_searches(study, out, console)]
+
+
+def _trainings(
+    study: StudyConfig, out: Path, allowed: Permissions, console: Console
+) -> Iterator[Job]:
+    """Yield the training runs that are not done, or whose results are damaged or outdated."""
+    for learner in study.learners:
+        read = digests(of_training(training_of(learner, 0), allowed))
+        for k in range(learner.seeds):
+            training, folder = training_of(learner, k), folder_of(learner, k, out)
+            try:
+                run_folder.claim(folder, training.identity(), resume=True, inputs=read)
+            except InvalidInput as error:
+                console.print(f"a run is begun anew: {error}", markup=False)
+                shutil.rmtree(folder)
+            if run_folder.has_result(folder, training.identity()):
+                continue
+            if (folder / run_folder.RESULT).exists():
+                console.print(f"a damaged run is done again: {folder}", markup=False)
+            yield Job(_train, (training, folder, allowed))
+
+
+def _searches(study: StudyConfig, out: Path, console: Console) -> Iterator[Job]:
+    """Yield the searches that are not done."""
+    if not study.tuned:
+        return
+    from hazbot_gym.study import tuning
+
+    sets = tuning.validation(study.trial_overrides)
+    for family in study.tuned:
+        search = tuning.Search(family, study.trials, 0, study.trial_episodes, sets)
+        path = out / TUNED / f"{family}.json"
+        trials = tuning.found(search, path)
+        if trials is None:
+            console.print(f"a search of other code or data is begun anew: {path}", markup=False)
+            path.unlink()
+        if trials is None or len(trials) < search.trials:
+            yield Job(tuning.tune, (search, path))
+
+
+def entrants(study: StudyConfig, out: Path) -> list[Entrant]:
+    """Return all who take part; every job must be done."""
+    tuned = [read_json(out / TUNED / f"{family}.json")["best"]["policy"] for family in study.tuned]
+    trained = [
+        tuple(
+            _FILE + str(folder_of(learner, k, out) / run_folder.POLICY)
+            for k in range(learner.seeds)
+        )
+        for learner in study.learners
+    ]
+    specs = [*((policy,) for policy in (*study.policies, *tuned)), *trained]
+    return [Entrant(name, each) for name, each in zip(study.names, specs, strict=True)]
+
+
+def swept(study: StudyConfig) -> list[Entrant]:
+    """Return the policies that are there for the fronts alone."""
+    families = study.fronts.swept.values() if study.fronts else ()
+    names = dict.fromkeys(policy for family in families for policy in family)
+    return [Entrant(name, (name,)) for name in names if name not in study.names]
+
+
+def portable(found: list[Entrant], out: Path) -> dict[str, list[str]]:
+    """Return specs by name for a manifest, with files named from the study's folder."""
+    there, here = _FILE + str(out / TRAINED), _FILE + TRAINED
+    return {each.name: [spec.replace(there, here) for spec in each.specs] for each in found}
+
+
+def training_of(learner: Learner, k: int) -> TrainConfig:
+    """Return the training run of a learner's k-th seed.
+
+    Changes go into sections: ``overrides: {reward: {burden: 0}}`` leaves other overrides be.
+    """
+    values = merge(read_yaml(learner.config, "config"), learner.changes)
+    values |= {"steps": learner.steps} if learner.steps else {}
+    return load_training(**{**values, "seed": load_training(**values).seed + k})
+
+
+def folder_of(learner: Learner, k: int, out: Path) -> Path:
+    """Return where the run of a learner's k-th seed is."""
+    return out / TRAINED / file_name(learner.name) / str(k)
+
+
+def trainings(study: StudyConfig, out: Path) -> list[Training]:
+    """Return what every learner of a finished study took."""
+    found = []
+    for learner in study.learners:
+        results = [
+            read_json(folder_of(learner, k, out) / run_folder.RESULT) for k in range(learner.seeds)
+        ]
+        found.append(
+            Training(
+                learner.name,
+                learner.config.name,
+                learner.seeds,
+                max(result["steps"] for result in results),
+                sum(result["training_seconds"] for result in results) / len(results),
+                sum(result["best"]["return"] for result in results) / len(results),
+            )
+        )
+    return found
+
+
+def _train(config: TrainConfig, folder: Path, allowed: Permissions) -> None:
+    from hazbot_gym.training import run as training
+
+    try:
+        training.train(config, folder, resume=True, allowed=allowed)
+    except run_folder.PolicyLost:
+        shutil.rmtree(folder)
+        training.train(config, folder, allowed=allowed)

@@ -1,0 +1,260 @@
+"""The report's plots, as plotly figures that the page draws without a network.
+
+Each plot has one figure for each choice of its selector, the first one shown first. Traces are
+named by their policy and carry no legend: the page has one key for all plots.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from hazbot_gym.core.state import Floats
+from hazbot_gym.errors import MissingExtra
+from hazbot_gym.evaluation.statistics.pareto import AXES, dominated
+from hazbot_gym.study.report.replays import Drive, Replay
+from hazbot_gym.study.report.style import GREYS, Style, styles
+
+try:
+    import plotly.graph_objects as go
+    from plotly.offline import get_plotlyjs
+except ImportError as error:
+    raise MissingExtra(error.name or "plotly", "study") from error
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+INK, SOFT, GRID = "#1c2127", "#5c6670", "#e4e7ea"
+FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
+LOGARITHMIC = {"type": "log", "dtick": "D2"}  # with labels at 1, 2 and 5
+WIDE = 10.0  # ratio of intrusions from which on their axis is logarithmic
+EVERY = 5  # instants between two points of a distance plot
+
+
+class Event(NamedTuple):
+    """Something that the paper reports of its simulation."""
+
+    what: str
+    time_s: float
+
+
+# By the name of the scenario (SPEC section 4.1).
+PAPER_EVENTS = {
+    "E*": (Event("decelerates", 1.6), Event("stops", 3.4)),
+    "C*": (Event("decelerates", 4.6), Event("stops", 8.6)),
+}
+
+Styles = Mapping[str, Style]
+Figure = dict[str, Any]  # data and layout, as plain values
+Point = dict[str, tuple[float, ...]]  # mean, low and high, each on both axes
+
+
+def library() -> str:
+    """Return the source of plotly's JavaScript."""
+    source: str = get_plotlyjs()
+    return source
+
+
+def front(block: Mapping[str, Any], looks: Styles) -> Figure:
+    """Plot kinetic intrusion over time ratio with intervals, swept policies joined to a front.
+
+    Args:
+        block: one set of a study's summary.
+        looks: the style of each policy.
+    """
+    figure = go.Figure()
+    beaten = dominated(block)
+    points = {policy: _point(block[policy]["metrics"]) for policy in looks}
+    known = {policy: point for policy, point in points.items() if point is not None}
+    swept = sorted(known[policy]["mean"] for policy in known if looks[policy].is_swept)
+    if len(swept) > 1:
+        x, y = zip(*swept, strict=True)
+        line = {"color": GREYS[0], "width": 1.5, "dash": "dot"}
+        figure.add_scatter(x=x, y=y, mode="lines", line=line, hoverinfo="skip", name="")
+    for policy, point in known.items():
+        look = looks[policy]
+        hollow = "-open" if beaten[policy] else ""
+        figure.add_scatter(
+            x=point["mean"][:1],
+            y=point["mean"][1:],
+            error_x=_whisker(point, 0, look),
+            error_y=_whisker(point, 1, look),
+            name=policy,
+            mode="markers+text" if look.is_swept else "markers",
+            text=[policy.partition(":")[2]],
+            textposition="top right",
+            textfont={"color": SOFT, "size": 12},
+            marker={"color": look.color, "symbol": look.mark + hollow, "size": 11},
+            hovertemplate="time ratio %{x:.3f}<br>kinetic intrusion %{y:.4f} m²",
+        )
+    figure.update_xaxes(title="time ratio (1: as if alone)")
+    intrusions = [point["mean"][1] for point in known.values()]
+    is_wide = min(intrusions, default=0.0) > 0.0 and max(intrusions) > WIDE * min(intrusions)
+    scale = LOGARITHMIC if is_wide else {"rangemode": "tozero"}
+    figure.update_yaxes(title="kinetic intrusion [m²]", **scale)
+    return _finish(figure)
+
+
+def families(block: Mapping[str, Any]) -> Figure:
+    """Plot every point of each family, those on the family's own front joined by a line.
+
+    Args:
+        block: of a study's summary, what ``front_summary`` found in some sets.
+    """
+    figure = go.Figure()
+    for family, look in styles(list(block)).items():
+        points = block[family]["points"]
+        on_front = [each for each in points if each["on_front"]]
+        best = sorted(tuple(each[axis]["mean"] for axis in AXES) for each in on_front)
+        line = {"color": look.color, "dash": look.dash, "width": 2}
+        x, y = ([each[axis] for each in best] for axis in (0, 1))
+        figure.add_scatter(x=x, y=y, mode="lines", line=line, hoverinfo="skip", name=family)
+        figure.add_scatter(
+            x=[each[AXES[0]]["mean"] for each in points],
+            y=[each[AXES[1]]["mean"] for each in points],
+            mode="markers",
+            name=family,
+            marker={"color": look.color, "symbol": look.mark, "size": 8},
+            text=[each["policy"] for each in points],
+            hovertemplate="%{text}<br>time ratio %{x:.3f}<br>kinetic intrusion %{y:.4f} m²",
+        )
+    figure.update_xaxes(title="time ratio (1: as if alone)", range=[1.0, 2.5])
+    figure.update_yaxes(title="kinetic intrusion [m²]", **LOGARITHMIC)
+    return _finish(figure)
+
+
+def beside_the_best(replay: Replay, looks: Styles) -> Figure:
+    """Plot speed over time for every policy, and that of the best drive as a band."""
+    figure, best = go.Figure(), replay.best
+    assert best is not None
+    figure.add_scatter(
+        x=best.time_s.round(2).tolist(),
+        y=best.speed_mps.round(3).tolist(),
+        name="the best drive",
+        mode="lines",
+        line={"color": GRID, "width": 1},
+        fill="tozeroy",
+        fillcolor=GRID,
+    )
+    for policy, look in looks.items():
+        run = replay.runs[policy]
+        _line(figure, policy, look, run.time_s, run.speed_mps, 3)
+    figure.update_xaxes(title="time [s]", rangemode="tozero")
+    figure.update_yaxes(title="speed [m/s]", rangemode="tozero")
+    return _finish(figure)
+
+
+def speeds(runs: Mapping[str, Drive], looks: Styles, events: tuple[Event, ...]) -> Figure:
+    """Plot speed over time for every policy, with the paper's events as marked lines."""
+    figure = go.Figure()
+    for policy, look in looks.items():
+        episode = runs[policy]
+        _line(figure, policy, look, episode.time_s, episode.speed_mps, 3)
+    for i, event in enumerate(events):
+        figure.add_vline(event.time_s, line={"color": INK, "width": 1, "dash": "dash"})
+        figure.add_annotation(
+            x=event.time_s,
+            y=1.02 + 0.075 * (len(events) - 1 - i),
+            yref="paper",
+            yanchor="bottom",
+            xanchor="left",
+            text=f"paper: {event.what} {event.time_s:.1f} s",
+            showarrow=False,
+            font={"size": 12, "color": INK},
+        )
+    last = max((event.time_s for event in events), default=0.0)
+    figure.update_xaxes(title="time [s]", range=[0.0, last + 14.0])
+    figure.update_yaxes(title="speed [m/s]", rangemode="tozero")
+    return _finish(figure, top=64)
+
+
+def distances(runs: Mapping[str, Drive], looks: Styles) -> Figure:
+    """Plot how far the robot has come over time, for every policy on one scenario."""
+    figure = go.Figure()
+    for policy, look in looks.items():
+        pose = runs[policy].pose
+        driven = np.append(0.0, np.cumsum(np.hypot(*np.diff(pose[:, :2], axis=0).T)))
+        kept = np.unique(np.append(np.arange(0, len(driven), EVERY), len(driven) - 1))
+        _line(figure, policy, look, runs[policy].time_s[kept], driven[kept], 2)
+    figure.update_xaxes(title="time [s]", rangemode="tozero")
+    figure.update_yaxes(title="distance driven [m]", rangemode="tozero")
+    return _finish(figure)
+
+
+def clearances(rows: pd.DataFrame, looks: Styles) -> Figure:
+    """Plot in which share of episodes the least clearance stayed below a value, by policy.
+
+    Episodes in which nobody ever came count among all, so that a curve can end below 1.
+    """
+    figure = go.Figure()
+    for policy, look in looks.items():
+        least = rows["clearance_min_m"][rows["policy"] == policy].to_numpy(dtype=float)
+        values, counts = np.unique(np.round(least, 2), return_counts=True)
+        shares = np.cumsum(counts) / max(len(least), 1)
+        there = np.isfinite(values)
+        x = np.append(values[:1].clip(max=0.0), values[there])
+        y = np.append(0.0, shares[there])
+        _line(figure, policy, look, x, y, 3, shape="hv")
+    figure.update_xaxes(title="minimum clearance [m]", range=[-0.05, 2.0])
+    figure.update_yaxes(title="share of episodes", range=[0.0, 1.02])
+    return _finish(figure)
+
+
+def _point(metrics: Mapping[str, Any]) -> Point | None:
+    """Return mean, low and high on both axes, None where a mean is not known."""
+    means = tuple(metrics[axis]["mean"] for axis in AXES)
+    if None in means:
+        return None
+    low, high = (
+        tuple(
+            mean if (end := metrics[axis][name]) is None else end
+            for axis, mean in zip(AXES, means, strict=True)
+        )
+        for name in ("low", "high")
+    )
+    return {"mean": means, "low": low, "high": high}
+
+
+def _whisker(point: Point, axis: int, look: Style) -> Figure:
+    """Return the interval as an error bar, of no length where it is not known."""
+    mean, low, high = (point[end][axis] for end in ("mean", "low", "high"))
+    return {
+        "array": [high - mean],
+        "arrayminus": [mean - low],
+        "color": look.color,
+        "thickness": 1.2,
+        "width": 3,
+    }
+
+
+def _line(
+    figure: go.Figure, policy: str, look: Style, x: Floats, y: Floats, digits: int, **line: str
+) -> None:
+    figure.add_scatter(
+        x=np.round(x, 2).tolist(),
+        y=np.round(y, digits).tolist(),
+        name=policy,
+        mode="lines",
+        line={"color": look.color, "dash": look.dash, "width": 2, **line},
+    )
+
+
+def _finish(figure: go.Figure, top: int = 16) -> Figure:
+    """Give a figure the page's look and return it as plain values."""
+    figure.update_layout(
+        template="none",
+        showlegend=False,
+        hovermode="closest",
+        hoverlabel={"namelength": -1},
+        margin={"l": 56, "r": 16, "t": top, "b": 52},
+        font={"family": FONT, "size": 13, "color": INK},
+        autosize=True,
+        dragmode="pan",
+    )
+    axis = {"gridcolor": GRID, "zeroline": False, "linecolor": SOFT, "ticks": "outside"}
+    figure.update_xaxes(**axis, tickcolor=SOFT, title_standoff=10)
+    figure.update_yaxes(**axis, tickcolor=SOFT, title_standoff=10)
+    plain: Figure = figure.to_plotly_json()
+    return {"data": list(plain["data"]), "layout": plain["layout"]}

@@ -1,0 +1,104 @@
+"""The report's tables of fronts, of the best possible, of tails, and of other people and places."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from hazbot_gym.study.report.tables import Cell, Line, Table
+
+Estimate = Mapping[str, float | None]
+
+# Of ``summary["yardstick"]``: field, title, scale, digits.
+REGRETS = (
+    ("regret", "regret, in return", 1.0, 2),
+    ("normalised", "of the span from constant speed to best, %", 100.0, 1),
+    ("avoidable_delay", "avoidable delay, in time ratio", 1.0, 3),
+    ("delay_removed", "of the reference's avoidable delay removed, %", 100.0, 0),
+)
+# Of ``tails`` of a policy: metric, title.
+TAILS = (
+    ("clearance_min_m", "least clearance, m"),
+    ("ttc_min_s", "least time to collision, s"),
+    ("kinetic_intrusion_m2", "kinetic intrusion, m²"),
+    ("time_ratio", "time ratio"),
+)
+# What is shown of places, people and machines not trained with: metric, title, scale, digits.
+ELSEWHERE = (
+    ("time_ratio", "time ratio", 1.0, 2),
+    ("kinetic_intrusion_m2", "kinetic intrusion, m²", 1.0, 3),
+    ("contact_robot_caused", "contacts by robot, %", 100.0, 1),
+    ("ssm_violation", "SSM violation, %", 100.0, 1),
+)
+
+
+def regret_table(block: Mapping[str, Any], names: Sequence[str]) -> Table:
+    """Return how far each policy is from the yardstick in some scenarios, a row for each."""
+    head = [title for _, title, _, _ in REGRETS]
+    lines = [
+        Line(
+            name,
+            [
+                _cell(block["policies"][name].get(field), scale, digits)
+                for field, _, scale, digits in REGRETS
+            ],
+        )
+        for name in names
+    ]
+    return Table(head, lines)
+
+
+def family_table(block: Mapping[str, Any]) -> Table:
+    """Return each family's hypervolume and what it has more than the first, a row for each."""
+    head = ["hypervolume", "more than the first", "points", "of them on its front"]
+    lines = [
+        Line(
+            name,
+            [
+                _cell(found["hypervolume"], 1.0, 4),
+                _cell(found["difference"], 1.0, 4),
+                Cell(str(len(found["points"])), ""),
+                Cell(str(sum(point["on_front"] for point in found["points"])), ""),
+            ],
+        )
+        for name, found in block.items()
+    ]
+    return Table(head, lines)
+
+
+def tail_table(block: Mapping[str, Any], names: Iterable[str]) -> Table:
+    """Return the mean of the worst twentieth of each policy's episodes, a row for each."""
+    return Table(
+        [title for _, title in TAILS],
+        [
+            Line(name, [_cell(block[name]["tails"].get(metric), 1.0, 2) for metric, _ in TAILS])
+            for name in names
+        ],
+    )
+
+
+def elsewhere_tables(blocks: Mapping[str, Any], names: Sequence[str]) -> dict[str, Table]:
+    """Return a table for each metric: a row for each group of sets, a column for each policy."""
+    return {
+        title: Table(
+            list(names),
+            [
+                Line(
+                    group,
+                    [_cell(block[name]["metrics"].get(metric), scale, digits) for name in names],
+                )
+                for group, block in blocks.items()
+            ],
+        )
+        for metric, title, scale, digits in ELSEWHERE
+    }
+
+
+def _cell(estimate: Estimate | None, scale: float, digits: int) -> Cell:
+    if estimate is None or estimate["mean"] is None:
+        return Cell("?", "")
+    mean, low, high = (
+        "?" if (value := estimate[end]) is None else f"{scale * value:z.{digits}f}"
+        for end in ("mean", "low", "high")
+    )
+    return Cell(mean, "" if "?" in (low, high) else f"{low} to {high}")

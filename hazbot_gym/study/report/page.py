@@ -1,0 +1,317 @@
+"""The study as one page that needs no network: ``report.html``, made from what was recorded alone.
+
+The page is drawn by the templates in ``template/``; what they are filled with comes from
+``report_tables``, ``report_figures``, ``report_places``, ``report_replays`` and ``report_player``.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from hazbot_gym.envs.registration import ENVIRONMENTS
+from hazbot_gym.errors import InvalidInput, MissingExtra
+from hazbot_gym.evaluation.scenario_set import ScenarioSet
+from hazbot_gym.study import costs, store
+from hazbot_gym.study.config import StudyConfig
+from hazbot_gym.study.costs import Training
+from hazbot_gym.study.headline import groups, headline, pooled_sets, scenarios_of
+from hazbot_gym.study.report import figures, maps, oracle_tables, player, tables
+from hazbot_gym.study.report.replays import Replays, from_rows
+from hazbot_gym.study.report.style import DASHES, MARKS, Style, styles
+from hazbot_gym.study.summary import Summary
+from hazbot_gym.utils import files
+from hazbot_gym.utils.files import LONGEST
+
+try:
+    import jinja2
+except ImportError as error:
+    raise MissingExtra("jinja2", "study") from error
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+RECORDED = {
+    "replay": "People walk as recorded.",
+    "seeded": "People come in when, where and as fast as recorded, and react to the robot.",
+}
+
+# What records that somebody else made, with a checksum, can lead to: values of any type and size.
+_UNFIT = (
+    OSError,
+    ValueError,
+    LookupError,
+    TypeError,
+    AttributeError,
+    ArithmeticError,
+    MemoryError,
+    RecursionError,
+    jinja2.TemplateError,
+)
+
+
+class Study(NamedTuple):
+    """A finished study as it was recorded."""
+
+    config: StudyConfig
+    manifest: Mapping[str, Any]
+    summary: Summary
+    rows: pd.DataFrame
+    replays: Replays
+    sessions: list[dict[str, Any]]  # what it took
+    trainings: list[Training]  # of learners, if the study has any
+
+
+def write_report(folder: Path) -> Path:
+    """Make the page of a finished study, beside its results, and return where it is.
+
+    Raises:
+        InvalidInput: the folder holds no finished study.
+    """
+    study = read(folder)
+    try:
+        page = make_page(study)
+    except _UNFIT as error:
+        raise _not_finished(folder, error) from error
+    path = folder / store.REPORT
+    files.write_text(path, page)
+    return path
+
+
+def read(folder: Path) -> Study:
+    """Read what a finished study has left; nothing that a file names is read, imported or run.
+
+    Raises:
+        InvalidInput: the folder holds no finished study, or one of another version.
+    """
+    try:
+        manifest = files.read_json(folder / store.MANIFEST)
+        summary = files.read_json(folder / store.SUMMARY)
+        rows = store.read_episodes(folder / store.EPISODES)
+        config = StudyConfig.model_validate(manifest["config"])
+        replays = from_rows(store.read_episodes(folder / store.REPLAYS))
+        study = Study(config, manifest, summary, rows, replays, *costs.read(folder / store.COSTS))
+        _check(study)
+    except files.Damaged:
+        raise
+    except _UNFIT as error:
+        raise _not_finished(folder, error) from error
+    return study
+
+
+def _not_finished(folder: Path, error: BaseException) -> InvalidInput:
+    why = f"{type(error).__name__}: {' '.join(str(error).split())}"
+    return InvalidInput(
+        f"folder: given {str(folder)!r}, which holds no finished study of this version; run "
+        f"hazbot study again with the same --out ({why[:LONGEST]})"
+    )
+
+
+def _check(study: Study) -> None:
+    """Check that all files are of the same sets and policies.
+
+    Raises:
+        ValueError: they are not.
+    """
+    names, policies = set_names(study), set(study.config.names)
+    shown = set(study.config.shown_names)
+    blocks = all_blocks(study)  # KeyError where a set is missing
+    chosen = study.replays.chosen
+    scenes = itertools.chain(*chosen.values(), study.replays.beside_best.values())
+    if (
+        any(block.keys() != policies for block in blocks.values())
+        or set(study.rows["scenario_set"]) != set(names)
+        or list(chosen) != names
+        or any(scene.runs.keys() != shown for scene in scenes)
+    ):
+        raise ValueError("files of different studies")
+
+
+def make_page(study: Study) -> str:
+    """Return the page as HTML; the same text for the same study."""
+    config, everybody = study.config, styles(study.config.names)
+    looks = {name: everybody[name] for name in config.shown_names}
+    blocks = all_blocks(study)
+    first = headline(study.summary)
+    replays = study.replays.chosen
+    return (
+        _environment()
+        .get_template("page.html")
+        .render(
+            study=config,
+            episodes=len(study.rows),
+            manifest=study.manifest,
+            everybody=everybody,
+            looks=looks,
+            looks_json={
+                policy: {"color": look.color, "dash": DASHES[look.dash]}
+                for policy, look in looks.items()
+            },
+            sets=[(each, describe(each)) for each in config.all_sets],
+            headline=first,
+            start=first.sets[0],
+            plots=make_plots(study, blocks, looks),
+            pictures={
+                name: maps.picture(some, config.reference_policy) for name, some in replays.items()
+            },
+            replays=player.pack(replays),
+            sessions=study.sessions,
+            trainings=study.trainings,
+            **make_tables(study, blocks),
+        )
+    )
+
+
+def make_tables(study: Study, blocks: Mapping[str, Any]) -> dict[str, Any]:
+    """Return every table of the page by its name in the template."""
+    config, first = study.config, headline(study.summary).policies
+    pooled = {name: block for name, block in blocks.items() if name in groups(set_names(study))}
+    return {
+        "first_table": tables.headline(first, config.names),
+        "standings": {name: tables.standing(block) for name, block in blocks.items()},
+        "tails": oracle_tables.tail_table(first, config.names),
+        "elsewhere": oracle_tables.elsewhere_tables(pooled, config.shown_names),
+        "families": {
+            name: oracle_tables.family_table(block) for name, block in fronts_of(study).items()
+        },
+        "family_looks": styles(list(config.fronts.members)) if config.fronts else {},
+        "regrets": {
+            name: (oracle_tables.regret_table(block, config.names), block)
+            for name, block in _in_order(study, "yardstick").items()
+        },
+        "tables": {
+            name: (
+                tables.all_metrics(block, config.names),
+                tables.differences(block, config.names, config.reference_policy),
+                scenarios_of(block),
+            )
+            for name, block in blocks.items()
+        },
+    }
+
+
+def set_names(study: Study) -> list[str]:
+    """Return the names of all sets."""
+    return [scenarios.name for scenarios in study.config.all_sets]
+
+
+def rows_of(study: Study, name: str) -> pd.DataFrame:
+    """Return what was recorded in one set, or in several together."""
+    sets = pooled_sets(study.config).get(name, [name])
+    return study.rows[study.rows["scenario_set"].isin(sets)]
+
+
+def all_blocks(study: Study) -> dict[str, Any]:
+    """Return the results of sets pooled and single, what matters most first."""
+    found = study.summary["sets"]
+    first = headline(study.summary).name
+    ordered = dict.fromkeys((first, *pooled_sets(study.config), *set_names(study)))
+    return {name: found[name] for name in ordered}
+
+
+def make_plots(
+    study: Study,
+    blocks: Mapping[str, Any],
+    looks: Mapping[str, Style],
+) -> dict[str, dict[str, Any]]:
+    """Return every plot of the page: for each choice of its selector a figure."""
+    replays = study.replays.chosen
+    paper = {
+        scenarios.name: figures.PAPER_EVENTS[scenarios.overrides["scenario"]]
+        for scenarios in study.config.all_sets
+        if scenarios.overrides.get("scenario") in figures.PAPER_EVENTS
+    }
+    return (
+        {
+            "front": {name: figures.front(block, looks) for name, block in blocks.items()},
+            "distance": {
+                name: figures.distances(some[0].runs, looks) for name, some in replays.items()
+            },
+            "clearance": {name: figures.clearances(rows_of(study, name), looks) for name in blocks},
+        }
+        | _optional_plots(study, looks)
+        | {
+            f"speed {name}": {name: figures.speeds(replays[name][0].runs, looks, events)}
+            for name, events in paper.items()
+        }
+    )
+
+
+def _optional_plots(study: Study, looks: Mapping[str, Style]) -> dict[str, dict[str, Any]]:
+    """Return the plots of fronts and yardstick, where the study has them."""
+    plots = {}
+    if study.config.fronts is not None:
+        plots["families"] = {
+            name: figures.families(block) for name, block in fronts_of(study).items()
+        }
+    if study.replays.beside_best:
+        plots["beside"] = {
+            name: figures.beside_the_best(replay, looks)
+            for name, replay in study.replays.beside_best.items()
+        }
+    return plots
+
+
+def fronts_of(study: Study) -> dict[str, Any]:
+    """Return the families' fronts in sets together and single, families as the study names them."""
+    if study.config.fronts is None:
+        return {}
+    return {
+        name: {family: block[family] for family in study.config.fronts.members}
+        for name, block in _in_order(study, "fronts").items()
+    }
+
+
+def _in_order(study: Study, part: str) -> dict[str, Any]:
+    """Return a part of the summary, whose names are sorted there, with what is pooled first."""
+    found, names = study.summary.get(part, {}), set_names(study)
+    pooled = [name for name in found if name not in names]
+    return {name: found[name] for name in (*pooled, *names) if name in found}
+
+
+def describe(scenarios: ScenarioSet) -> str:
+    """Return one sentence on a set."""
+    scenario = scenarios.overrides.get("scenario")
+    if scenario is not None:
+        return f"The paper's geometry {scenario}: one scripted walker, an ideal drive."
+    model = scenarios.overrides.get("people", {}).get("model")
+    if model in RECORDED:
+        return RECORDED[model]
+    text, _ = ENVIRONMENTS.get(scenarios.env.rpartition("/")[2], (f"{scenarios.env}.", {}))
+    changes = ", ".join(_changes(scenarios.overrides))
+    return f"{text} Changed: {changes}." if changes else text
+
+
+def _changes(overrides: Mapping[str, Any], path: str = "") -> Iterator[str]:
+    """Yield config values as ``group.key = value``; entries of a list that are all alike, once."""
+    for name, value in overrides.items():
+        if isinstance(value, Mapping):
+            yield from _changes(value, f"{path}{name}.")
+        elif isinstance(value, list | tuple) and value and value.count(value[0]) == len(value) > 1:
+            first = value[0]
+            inner = ", ".join(_changes(first)) if isinstance(first, Mapping) else str(first)
+            yield f"all {path}{name}: {inner}"
+        else:
+            yield f"{path}{name} = {value}"
+
+
+def _environment() -> jinja2.Environment:
+    """Return the templates, which escape whatever they are filled with."""
+    folder = resources.files("hazbot_gym.study.report") / "template"
+    environment = jinja2.Environment(
+        loader=jinja2.FunctionLoader(lambda name: (folder / name).read_text(encoding="utf-8")),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    environment.policies["json.dumps_kwargs"] = {"allow_nan": False, "separators": (",", ":")}
+    environment.globals |= {
+        "plotly": figures.library,
+        "dashes": DASHES,
+        "marks": MARKS,
+    }
+    return environment

@@ -1,0 +1,95 @@
+"""Replays as the page's player reads them: whole centimetres and degrees, deflated."""
+
+from __future__ import annotations
+
+import base64
+import json
+import zlib
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hazbot_gym.core.proxemics import INTIMATE_M, PERSONAL_M, SOCIAL_M
+from hazbot_gym.core.state import PERSON_RADIUS_M, ROBOT_RADIUS_M, Floats
+from hazbot_gym.evaluation.episode import VX, VY, X, Y
+from hazbot_gym.study.report.maps import positions, view
+from hazbot_gym.study.report.replays import Drive, Replay
+
+NOBODY = 99_999  # where a slot for a person is empty, or nobody is near what is seen
+
+
+def pack(replays: Mapping[str, Sequence[Replay]]) -> str:
+    """Return the replays of all sets as base64 of deflated JSON."""
+    content = {
+        "sets": {name: [_replay(each) for each in some] for name, some in replays.items()},
+        "robot_cm": 100 * ROBOT_RADIUS_M,
+        "person_cm": 100 * PERSON_RADIUS_M,
+        "zones_cm": [100 * zone for zone in (SOCIAL_M, PERSONAL_M, INTIMATE_M)],
+        "nobody": NOBODY,
+    }
+    text = json.dumps(content, separators=(",", ":"), allow_nan=False)
+    return base64.b64encode(zlib.compress(text.encode(), 9)).decode()
+
+
+def _replay(replay: Replay) -> dict[str, Any]:
+    path = replay.path
+    low, high = view(path, [positions(episode) for episode in replay.runs.values()])
+    return {
+        "number": replay.number,
+        "why": replay.why,
+        "box": _whole(100 * np.concatenate([low, high])).tolist(),
+        "walls": _whole(100 * replay.walls).tolist(),
+        "path": _whole(100 * path).tolist(),
+        "runs": {
+            policy: _run(episode, low - SOCIAL_M, high + SOCIAL_M)
+            for policy, episode in replay.runs.items()
+        },
+    }
+
+
+def _run(episode: Drive, low: Floats, high: Floats) -> dict[str, Any]:
+    """Pack an episode, with those people who are between two corners."""
+    places = episode.people[..., (X, Y)]
+    is_near = ((places > low) & (places < high)).all(axis=-1, keepdims=True)
+    people = np.where(is_near, episode.people, np.nan)
+    facing = np.degrees(np.arctan2(people[..., VY], people[..., VX]))
+    columns = np.stack([100 * people[..., X], 100 * people[..., Y], facing], axis=-1)
+    return {
+        "dt_s": round(float(episode.time_s[1] - episode.time_s[0]), 6),
+        "x": steps(100 * episode.pose[:, 0]),
+        "y": steps(100 * episode.pose[:, 1]),
+        "heading": steps(np.degrees(episode.pose[:, 2])),
+        "speed": steps(100 * episode.speed_mps),
+        "people": [
+            [steps(columns[:, slot, column]) for column in range(columns.shape[2])]
+            for slot in range(columns.shape[1])
+        ],
+        "end": _end(episode),
+    }
+
+
+def _end(episode: Drive) -> str:
+    """Return how an episode ended, in words."""
+    words = {
+        "arrived": "arrived",
+        "timeout": "ran out of time",
+        "contact_wall": "touched a wall",
+        "contact_person": f"contact caused by the {episode.contact_caused_by}",
+    }
+    end = f"{words[episode.outcome]} at {episode.time_s[-1]:.1f} s"
+    return end if episode.is_recorded else f"{end}; not the drive that was measured"
+
+
+def steps(values: Floats) -> list[int]:
+    """Return whole numbers as the first one and the steps from each to the next.
+
+    They deflate to a fraction of the numbers themselves.
+    """
+    changes: list[int] = np.diff(_whole(values), prepend=0).tolist()
+    return changes
+
+
+def _whole(values: Floats) -> npt.NDArray[np.int64]:
+    return np.rint(np.nan_to_num(values, nan=NOBODY)).astype(np.int64)

@@ -1,0 +1,173 @@
+"""Replays as a study records them: the drives that the report shows, in one parquet file.
+
+A row is one drive of one scenario. It holds all that a picture of it needs (walls, path, robot and
+people), so that who reads it makes no environment and no policy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from hazbot_gym.core.state import Floats
+from hazbot_gym.evaluation.episode import PERSON_COLUMNS, Episode, stack_people
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+BEST = ""  # name of no policy: the best drive of a scenario
+MOST_CELLS = 50_000_000  # 2 GB; a full study has a tenth of it
+_KEYS = ("scenario_set", "beside_best", "episode")
+
+
+class Drive(NamedTuple):
+    """What is seen of an episode; fields are those of ``Episode``.
+
+    Attributes:
+        is_recorded: Whether it gave the numbers that the study has of that episode. A policy that
+            draws at random gives others each time it drives.
+    """
+
+    time_s: Floats
+    pose: Floats
+    speed_mps: Floats
+    people: Floats
+    outcome: str
+    contact_caused_by: str
+    is_recorded: bool
+
+
+class Replay(NamedTuple):
+    """One scenario of a set, as every policy drove through it.
+
+    Attributes:
+        number: The episode's number in its set.
+        why: Reason for which it was chosen, such as ``median``.
+        walls: (W, 4) ends of the walls [m].
+        path: (n, 2) points of the robot's path [m].
+        runs: The drive of each policy, by name.
+        best: The best drive, where the study has a yardstick and this scenario shows it.
+    """
+
+    number: int
+    why: str
+    walls: Floats
+    path: Floats
+    runs: dict[str, Drive]
+    best: Drive | None = None
+
+
+class Replays(NamedTuple):
+    """All replays of a study, by set: the chosen episodes, and the one beside the best drive."""
+
+    chosen: dict[str, list[Replay]]
+    beside_best: dict[str, Replay]
+
+
+def drive_of(episode: Episode, *, is_recorded: bool = True) -> Drive:
+    """Return what is seen of an episode."""
+    shared = {name: getattr(episode, name) for name in Drive._fields[:-1]}
+    return Drive(**shared, is_recorded=is_recorded)
+
+
+def rows_of(replays: Replays) -> Iterator[dict[str, Any]]:
+    """Yield a row for each drive."""
+    for name, some in replays.chosen.items():
+        for replay in some:
+            yield from _rows(name, replay)
+    for name, replay in replays.beside_best.items():
+        yield from _rows(name, replay)
+
+
+def from_rows(rows: pd.DataFrame) -> Replays:
+    """Return the replays that ``rows_of`` gave.
+
+    Raises:
+        ValueError: These are no such rows.
+    """
+    found = Replays({}, {})
+    try:
+        _check_size(rows)
+        for (name, is_beside, _), drives in rows.groupby(list(_KEYS), sort=False):
+            replay = _replay(drives.to_dict("records"))
+            if is_beside:
+                found.beside_best[str(name)] = replay
+            else:
+                found.chosen.setdefault(str(name), []).append(replay)
+    except (KeyError, IndexError, TypeError) as error:
+        raise ValueError("no rows of replays") from error
+    return found
+
+
+def _check_size(rows: pd.DataFrame) -> None:
+    """Refuse drives that would take all the memory: each has a cell for everybody at any time."""
+    columns = zip(rows["time_s"], rows["persons"], strict=True)
+    cells = sum(len(times) * len(np.unique(persons)) for times, persons in columns)
+    if cells > MOST_CELLS:
+        raise ValueError(f"replays of {cells:,} cells, allowed are {MOST_CELLS:,}")
+
+
+def _rows(name: str, replay: Replay) -> Iterator[dict[str, Any]]:
+    drives = replay.runs if replay.best is None else {**replay.runs, BEST: replay.best}
+    for policy, drive in drives.items():
+        yield {
+            "scenario_set": name,
+            "beside_best": replay.best is not None,
+            "episode": replay.number,
+            "why": replay.why,
+            "policy": policy,
+            "walls": _flat(replay.walls),
+            "path": _flat(replay.path),
+            **_columns(drive),
+        }
+
+
+def _columns(drive: Drive) -> dict[str, Any]:
+    instants, persons = np.nonzero(np.isfinite(drive.people[..., 0]))
+    return {
+        **{name: _flat(getattr(drive, name)) for name in ("time_s", "pose", "speed_mps")},
+        "instants": instants.astype(np.int32),  # at which somebody is there,
+        "persons": persons.astype(np.int32),  # who,
+        "people": _flat(drive.people[instants, persons]),  # and where
+        "outcome": drive.outcome,
+        "contact_caused_by": drive.contact_caused_by,
+        "is_recorded": drive.is_recorded,
+    }
+
+
+def _replay(rows: list[dict[str, Any]]) -> Replay:
+    drives = {row["policy"]: _drive(row) for row in rows}
+    return Replay(
+        number=int(rows[0]["episode"]),
+        why=rows[0]["why"],
+        walls=_shaped(rows[0]["walls"], 4),
+        path=_shaped(rows[0]["path"], 2),
+        best=drives.pop(BEST, None),
+        runs=drives,
+    )
+
+
+def _drive(row: Mapping[str, Any]) -> Drive:
+    time_s = np.asarray(row["time_s"], float)
+    people = _shaped(row["people"], len(PERSON_COLUMNS))
+    _, stacked = stack_people(row["instants"], row["persons"], people, len(time_s))
+    return Drive(
+        time_s=time_s,
+        pose=_shaped(row["pose"], 3),
+        speed_mps=np.asarray(row["speed_mps"], float),
+        people=stacked,
+        outcome=row["outcome"],
+        contact_caused_by=row["contact_caused_by"],
+        is_recorded=bool(row["is_recorded"]),
+    )
+
+
+def _flat(values: Floats) -> Any:
+    return np.asarray(values, np.float32).ravel()
+
+
+def _shaped(values: Any, columns: int) -> Floats:
+    shaped: Floats = np.asarray(values, float).reshape(-1, columns)
+    return shaped

@@ -1,0 +1,171 @@
+"""The report's tables: every number beside its interval, the best of each column marked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from hazbot_gym.evaluation.statistics.pareto import AXES, dominated
+from hazbot_gym.study.summary import COMPARED
+from hazbot_gym.study.terminal_tables import COLUMNS, Column
+
+# Of the terminal's columns, what the first table shows; the other two stand in the full tables.
+HEADLINE = (
+    "arrived",
+    "contact_robot_caused",
+    "time_ratio",
+    "kinetic_intrusion_m2",
+    "ssm_violation",
+    "rms_jerk_mps3",
+    "return",
+)
+MORE_IS_BETTER = ("arrived", "return")
+UNKNOWN = "?"
+NAMED = 3  # of those by whom somebody is dominated
+
+
+class Cell(NamedTuple):
+    """A mean with its interval, as text."""
+
+    mean: str
+    interval: str
+    is_best: bool = False
+
+
+class Line(NamedTuple):
+    """A row of a table."""
+
+    name: str
+    cells: list[Cell]
+
+
+class Standing(NamedTuple):
+    """Who trades time against intrusion as well as anybody, and who does not."""
+
+    undominated: list[str]
+    dominated: dict[str, str]  # by whom
+
+
+class Table(NamedTuple):
+    """A table whose rows are policies or metrics."""
+
+    head: list[str]
+    lines: list[Line]
+
+
+def headline(block: Mapping[str, Any], policies: tuple[str, ...]) -> Table:
+    """Return the table of what policies are judged by, a row for each of them."""
+    columns = _columns(HEADLINE)
+    best = {column.metric: _best(block, column) for column in columns}
+    lines = [
+        Line(
+            policy,
+            [
+                _cell(
+                    block[policy]["metrics"][column.metric],
+                    column,
+                    is_best=policy in best[column.metric],
+                )
+                for column in columns
+            ],
+        )
+        for policy in policies
+    ]
+    return Table([_title(column) for column in columns], lines)
+
+
+def all_metrics(block: Mapping[str, Any], policies: tuple[str, ...]) -> Table:
+    """Return the table of everything measured, a row for each metric."""
+    names = list(block[policies[0]]["metrics"])
+    known = {column.metric: column for column in COLUMNS}
+    first = [name for name in known if name in names]
+    lines = []
+    for name in [*first, *(other for other in names if other not in known)]:
+        column = known.get(name)
+        estimates = [block[policy]["metrics"][name] for policy in policies]
+        lines.append(
+            Line(_title(column) if column else name, [_cell(each, column) for each in estimates])
+        )
+    return Table(list(policies), lines)
+
+
+def differences(block: Mapping[str, Any], policies: tuple[str, ...], reference: str) -> Table:
+    """Return the table of paired differences from the reference policy, on the same scenarios."""
+    columns = _columns(COMPARED)
+    lines = [
+        Line(
+            policy,
+            [_compared(block[policy]["difference"][column.metric], column) for column in columns],
+        )
+        for policy in policies
+        if policy != reference
+    ]
+    return Table([_title(column) for column in columns], lines)
+
+
+def standing(block: Mapping[str, Any]) -> Standing:
+    """Return who of a set is dominated by nobody, and by whom the others are.
+
+    Both are empty where no policy has an interval, as in a set of a single scenario.
+    """
+    found = dominated(block) if _has_intervals(block) else {}
+    return Standing(
+        [policy for policy, by in found.items() if not by],
+        {policy: _some(by) for policy, by in found.items() if by},
+    )
+
+
+def _has_intervals(block: Mapping[str, Any]) -> bool:
+    return any(each["metrics"][axis]["low"] is not None for each in block.values() for axis in AXES)
+
+
+def _some(names: list[str]) -> str:
+    """Return the first names of a list, and how many more there are."""
+    shown, more = names[:NAMED], len(names) - NAMED
+    return ", ".join(shown) + (f" and {more} more" if more > 0 else "")
+
+
+def _columns(metrics: tuple[str, ...]) -> list[Column]:
+    known = {column.metric: column for column in COLUMNS}
+    return [known[metric] for metric in metrics]
+
+
+def _title(column: Column) -> str:
+    return column.title.replace("\n", " ")
+
+
+def _digits(column: Column) -> int:
+    return column.digits + column.finer
+
+
+def _best(block: Mapping[str, Any], column: Column) -> set[str]:
+    """Return the policies whose mean nobody's exceeds as it is shown."""
+    sign = -1.0 if column.metric in MORE_IS_BETTER else 1.0
+    means = {policy: result["metrics"][column.metric]["mean"] for policy, result in block.items()}
+    shown = {
+        policy: sign * round(mean * column.scale, _digits(column))
+        for policy, mean in means.items()
+        if mean is not None
+    }
+    return {policy for policy, value in shown.items() if value == min(shown.values())}
+
+
+def _cell(
+    estimate: Mapping[str, float | None], column: Column | None, *, is_best: bool = False
+) -> Cell:
+    mean, low, high = (_number(estimate[end], column) for end in ("mean", "low", "high"))
+    return Cell(mean, "" if UNKNOWN in (low, high) else f"{low} to {high}", is_best)
+
+
+def _compared(difference: Mapping[str, float | None], column: Column) -> Cell:
+    """Return a difference with its interval and its corrected p-value."""
+    cell, p = _cell(difference, column), difference["p_holm"]
+    return cell if p is None else cell._replace(interval=f"{cell.interval}; p = {p:.2g}")
+
+
+def _number(value: float | None, column: Column | None) -> str:
+    if value is None:
+        return UNKNOWN
+    if column is None:
+        return f"{value:.3g}"
+    return f"{value * column.scale:z.{_digits(column)}f}"

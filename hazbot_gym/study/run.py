@@ -1,0 +1,316 @@
+"""The main job: several policies over the same scenarios, on all cores, resumable.
+
+Episodes are worked off in blocks; a block's rows depend on nothing but the block, so that neither
+the number of workers nor an interruption changes a number.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import time
+from collections import Counter
+from collections.abc import Generator, Iterator
+from concurrent.futures import as_completed
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from rich.console import Console
+
+from hazbot_gym.evaluation.oracle.runs import Stretch, run_stretch
+from hazbot_gym.evaluation.oracle.trajectory_search import Effort
+from hazbot_gym.evaluation.rollout import Block, run_block, try_out
+from hazbot_gym.evaluation.scenario_set import ScenarioSet
+from hazbot_gym.evaluation.workers import processes
+from hazbot_gym.policies.base import NO_CODE, Permissions
+from hazbot_gym.study import candidates, costs, replays, store
+from hazbot_gym.study.candidates import Entrant, Job
+from hazbot_gym.study.config import StudyConfig
+from hazbot_gym.study.headline import pooled_sets
+from hazbot_gym.study.stamps import Stamps
+from hazbot_gym.study.summary import Summary, summarise
+from hazbot_gym.utils import files, processors, provenance, terminal
+from hazbot_gym.utils.files import LONGEST
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+Rows = list[dict[str, Any]]
+SCENARIOS_PER_STRETCH = 5  # of the yardstick: what an interruption may cost is half a minute
+
+
+class Shard(NamedTuple):
+    """A block of episodes, or of best drives, and the file that holds, or will hold, its rows."""
+
+    block: Block | Stretch
+    path: Path
+    stamp: str
+
+    def read(self) -> pd.DataFrame | store.Missing:
+        """Return the rows, or why they are missing."""
+        return store.read_rows(self.path, rows=self.block.episodes, stamp=self.stamp)
+
+
+def run_study(
+    study: StudyConfig,
+    out: Path,
+    *,
+    workers: int | None = None,
+    console: Console | None = None,
+    command: str = "",
+    allowed: Permissions = NO_CODE,
+) -> Summary:
+    """Run what is missing of a study, write its files into ``out`` and return its summary.
+
+    Args:
+        study: what to run.
+        out: folder of the results, new, empty or this study's own.
+        workers: number of processes, or of threads for a single shard; None for one a core.
+        console: where progress goes; None for nowhere.
+        command: by which it can be run again, for the record.
+        allowed: what policies that the study names may run.
+
+    Raises:
+        InvalidInput: something about the study or the folder is not usable; nothing was written.
+    """
+    console, began = console or Console(quiet=True), time.perf_counter()
+    store.claim(out, study.identity())
+    about, workers = manifest(study, rehearse(study, allowed)), workers or processors.usable()
+    with files.sole_use(out):
+        return _run_study(study, out, about, workers, console, command, began, allowed)
+
+
+def _run_study(
+    study: StudyConfig,
+    out: Path,
+    about: dict[str, Any],
+    workers: int,
+    console: Console,
+    command: str,
+    began: float,
+    allowed: Permissions,
+) -> Summary:
+    """Run what is missing of a study whose folder is claimed; ``about`` is its manifest."""
+    if not (out / store.MANIFEST).exists():
+        files.write_json(out / store.MANIFEST, about)  # says whose folder it is from now on
+    stamps = Stamps(study, allowed)
+    waiting = candidates.jobs(study, out, allowed, console)
+    _prepare(waiting, workers=workers, console=console)
+    taking_part = candidates.entrants(study, out)
+    shards = list(plan(study, out, taking_part, stamps))
+    marks = list(plan_yardstick(study, out, taking_part, stamps))
+    missing = _missing([*shards, *marks], console)
+    if missing:
+        store.withdraw(out)  # results of an earlier state do not stand beside a new manifest
+        about["entrants"] = candidates.portable(taking_part, out)
+        files.write_json(out / store.MANIFEST, about)
+    _run(missing, stamps, workers=workers, console=console)
+    rows = store.join([_read(shard) for shard in shards])
+    best = store.join([_read(shard) for shard in marks]) if marks else None
+    summary = summarise(rows, study, best)
+    store.write_episodes(out / store.EPISODES, rows)
+    if best is not None:
+        store.write_episodes(out / store.YARDSTICK, best)
+    files.write_json(out / store.SUMMARY, summary)
+    replays.record(
+        study,
+        out / store.REPLAYS,
+        rows,
+        best,
+        {each.name: each.specs[0] for each in taking_part},
+        stamp=_stamp_of([*shards, *marks], out / store.EPISODES),
+        threads=workers,
+        console=console,
+        allowed=allowed,
+    )
+    seconds, decisions = time.perf_counter() - began, int(rows["steps"].sum())
+    session = costs.Session(command, seconds, len(waiting), len(missing), decisions)
+    trainings = candidates.trainings(study, out)
+    costs.note(out / store.COSTS, trainings, session if waiting or missing else None)
+    store.sweep(out)
+    return summary
+
+
+def plan(
+    study: StudyConfig, out: Path, taking_part: list[Entrant], stamps: Stamps | None = None
+) -> Iterator[Shard]:
+    """Yield the shards of a study, all policies of a scenario set next to each other.
+
+    Policies of the fronts' sweeps only drive in the fronts' sets.
+    """
+    stamps = stamps or Stamps(study)
+    everywhere, swept = _specs(taking_part), _specs(candidates.swept(study))
+    on_fronts = study.sets_named(study.fronts.sets) if study.fronts else ()
+    for scenarios in study.all_sets:
+        episodes, seed = study.episodes_in(scenarios), _seed(study, scenarios)
+        for name, spec, training_seed in (
+            *everywhere,
+            *(swept if scenarios in on_fronts else ()),
+        ):
+            for first in range(0, episodes, study.episodes_per_shard):
+                count = min(study.episodes_per_shard, episodes - first)
+                block = Block(
+                    name, scenarios, first, count, seed, study.ssm, study.engine, spec,
+                    training_seed, stamps.allowed,
+                )  # fmt: skip
+                path = _file(out, "rows", name, scenarios, training_seed, first)
+                values = block._replace(scenarios=None, spec="", allowed=NO_CODE)._asdict()
+                yield Shard(block, path, stamps.of(values, scenarios, spec))
+
+
+def plan_yardstick(
+    study: StudyConfig, out: Path, taking_part: list[Entrant], stamps: Stamps | None = None
+) -> Iterator[Shard]:
+    """Yield the shards of the best drives, few scenarios each: they take long."""
+    if study.yardstick is None:
+        return
+    wanted = study.yardstick
+    specs = tuple(each.specs[0] for each in taking_part)
+    stamps = stamps or Stamps(study)
+    effort = Effort(wanted.worlds, wanted.rounds)
+    for scenarios in study.sets_named(wanted.sets):
+        episodes = min(wanted.episodes, study.episodes_in(scenarios))
+        for first in range(0, episodes, SCENARIOS_PER_STRETCH):
+            count, seed = min(SCENARIOS_PER_STRETCH, episodes - first), _seed(study, scenarios)
+            stretch = Stretch(
+                scenarios, first, count, seed, specs, effort, study.ssm, stamps.allowed
+            )
+            path = _file(out, "yardstick", "best drive", scenarios, first)
+            values = stretch._replace(scenarios=None, specs=(), allowed=NO_CODE)._asdict()
+            yield Shard(stretch, path, stamps.of(values, scenarios, *specs))
+
+
+def rehearse(study: StudyConfig, allowed: Permissions = NO_CODE) -> dict[str, Any]:
+    """Try every policy out in every set, so that bad input shows before any work.
+
+    It also compiles the kernels once, before the workers load them from the cache.
+
+    Returns:
+        The resolved config of every set's environment.
+
+    Raises:
+        InvalidInput: a policy or an environment cannot be made, or they do not fit each other.
+    """
+    candidates.check(study, allowed)
+    pooled_sets(study)
+    return {
+        scenarios.name: try_out(scenarios, study.policies, study.engine, allowed).model_dump(
+            mode="json"
+        )
+        for scenarios in study.all_sets
+    }
+
+
+def manifest(study: StudyConfig, environments: dict[str, Any]) -> dict[str, Any]:
+    """Return where a study's numbers come from."""
+    return {
+        "study": study.identity(),
+        "config": study.model_dump(mode="json"),
+        "environments": environments,
+        "entrants": {policy: [policy] for policy in study.policies},
+        "ssm_profile": study.ssm.profile(),
+        "seed": study.seed,
+        "versions": provenance.versions(),
+        "commit": provenance.commit(),
+        "machine": provenance.machine(),
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+
+
+def rows_of(block: Block | Stretch, threads: int = 1) -> Rows:
+    """Run a unit of work and return its rows."""
+    if isinstance(block, Stretch):
+        return run_stretch(block)
+    return [dict(row) for row in run_block(block, threads)]
+
+
+def _missing(shards: list[Shard], console: Console) -> list[Shard]:
+    """Return the shards that have to be run, saying what is kept and what is run again."""
+    states = [(shard, shard.read()) for shard in shards]
+    missing = [shard for shard, state in states if isinstance(state, store.Missing)]
+    reasons = Counter(state.reason for _, state in states if isinstance(state, store.Missing))
+    if len(missing) < len(shards):
+        console.print(f"{len(shards) - len(missing)} of {len(shards)} shards are done already")
+    if reasons["damaged"]:
+        console.print(f"{reasons['damaged']} damaged shards are run again")
+    if reasons["outdated"]:
+        console.print(f"{reasons['outdated']} shards of other code or data are run again")
+    return missing
+
+
+def _prepare(waiting: list[Job], *, workers: int, console: Console) -> None:
+    """Tune and train who is to be tuned or trained."""
+    if not waiting:
+        return
+    with terminal.progress_bar(console) as progress, processes(min(workers, len(waiting))) as pool:
+        task = progress.add_task("tuning and training", total=len(waiting))
+        for future in as_completed([pool.submit(job.run, *job.arguments) for job in waiting]):
+            future.result()
+            progress.advance(task)
+
+
+def _run(shards: list[Shard], stamps: Stamps, *, workers: int, console: Console) -> None:
+    """Run shards and write each as soon as it is done."""
+    if not shards:
+        return
+    # Processes start slowly; a single block has the engine's threads instead.
+    run = _run_in_processes if len(shards) > 1 and workers > 1 else _run_here
+    with terminal.progress_bar(console) as progress:
+        task = progress.add_task("episodes", total=sum(shard.block.episodes for shard in shards))
+        with contextlib.closing(run(shards, workers)) as done:
+            for shard, rows in done:
+                stamps.check()
+                store.write_rows(shard.path, rows, shard.stamp)
+                progress.advance(task, shard.block.episodes)
+
+
+def _run_here(shards: list[Shard], workers: int) -> Generator[tuple[Shard, Rows]]:
+    """Yield shards and their rows, one after the other."""
+    for shard in shards:
+        yield shard, rows_of(shard.block, threads=workers)
+
+
+def _run_in_processes(shards: list[Shard], workers: int) -> Generator[tuple[Shard, Rows]]:
+    """Yield shards and their rows from parallel processes, in the order in which they end."""
+    with processes(min(workers, len(shards))) as pool:
+        running = {pool.submit(rows_of, shard.block): shard for shard in shards}
+        for future in as_completed(running):
+            yield running[future], future.result()
+
+
+def _read(shard: Shard) -> pd.DataFrame:
+    rows = shard.read()
+    if isinstance(rows, store.Missing):
+        raise OSError(f"{shard.path} was {rows.reason} right after it was written")
+    return rows
+
+
+def _specs(taking_part: list[Entrant]) -> list[tuple[str, str, int]]:
+    """Return name, spec and number of the training seed of every single policy."""
+    return [
+        (each.name, spec, training_seed)
+        for each in taking_part
+        for training_seed, spec in enumerate(each.specs)
+    ]
+
+
+def _stamp_of(shards: list[Shard], episodes: Path) -> str:
+    """Return the stamp of what is made of all shards: of theirs, and of the rows."""
+    parts = [*(shard.stamp for shard in shards), provenance.digest(episodes)]
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]
+
+
+def _seed(study: StudyConfig, scenarios: ScenarioSet) -> int:
+    return study.seed if scenarios.seed is None else scenarios.seed
+
+
+def _file(out: Path, kind: str, who: str, scenarios: ScenarioSet, *numbers: int) -> Path:
+    """Return a file whose name shows policy, set and first episode, and is unique beyond that."""
+    shown = "--".join([who, scenarios.name, *(f"{number:05d}" for number in numbers)])
+    short = files.file_name(shown).encode()[:LONGEST].decode(errors="ignore")
+    text = json.dumps([kind, who, scenarios.name, *numbers])  # no two lists give one text
+    unique = hashlib.sha256(text.encode()).hexdigest()[:8]
+    return out / store.SHARDS / f"{short}--{unique}.parquet"

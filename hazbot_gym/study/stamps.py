@@ -1,0 +1,78 @@
+"""Stamps of units of work, by which a study knows whether results are still valid."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.evaluation.inputs import digests, last_change, mark, of_policy, of_set
+from hazbot_gym.evaluation.rollout import resolve
+from hazbot_gym.evaluation.scenario_set import ScenarioSet
+from hazbot_gym.policies.base import NO_CODE, Permissions
+from hazbot_gym.study.config import StudyConfig
+from hazbot_gym.task.observation import LAYOUTS
+from hazbot_gym.utils import provenance
+
+
+class Stamps:
+    """Makes stamps of units of work, of all that their numbers depend on.
+
+    That is code, versions, values, and the files that are read for environment and policies.
+    """
+
+    def __init__(self, study: StudyConfig, allowed: Permissions = NO_CODE) -> None:
+        self.allowed = allowed  # what policies may run; no stamp depends on it
+        self._common = provenance.stamp(study.tracks)
+        self._watched: dict[str, tuple[str, tuple[int, int]]] = {}
+        self._watch(provenance.PACKAGE.rglob("*.py"))
+        self._environments, tiers = {}, set()
+        for scenarios in study.all_sets:
+            config, limit = resolve(scenarios)
+            files = of_set(scenarios)
+            self._watch(files)
+            values = (config.model_dump(mode="json"), limit, mark(files))
+            self._environments[scenarios.name] = values
+            tiers.add(config.tier)
+        side_by_side = (2,) if study.engine == "batched" else ()
+        self._blanks = [(*side_by_side, LAYOUTS[tier].width) for tier in sorted(tiers)]
+        self._policies: dict[str, str] = {}
+        for spec in study.policies:  # now, as what is imported later may have been edited
+            self._policy(spec)
+
+    def check(self) -> None:
+        """Make sure that no file was edited since it was stamped.
+
+        Raises:
+            InvalidInput: One was: rows may be made of it as it was, as it is, or of both.
+        """
+        for name, (digest, seen) in self._watched.items():
+            path = Path(name)
+            if path.is_file() and (last_change(path) == seen or digests([path])[name] == digest):
+                continue
+            raise InvalidInput(
+                f"{name!r} was edited while the study ran; rows from before are kept, run the same "
+                "command again to go on"
+            )
+
+    def _watch(self, files: Iterable[Path]) -> None:
+        """Note the files that numbers are made of, for ``check``."""
+        states = {path: last_change(path) for path in files}
+        found = digests(states)
+        self._watched |= {str(path): (found[str(path)], states[path]) for path in states}
+
+    def of(self, values: Mapping[str, Any], scenarios: ScenarioSet, *specs: str) -> str:
+        """Return the stamp of what some values say, in a set, with policies."""
+        parts = [self._common, values, scenarios.model_dump(mode="json")]
+        parts += [self._environments[scenarios.name], [self._policy(spec) for spec in specs]]
+        return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:32]
+
+    def _policy(self, spec: str) -> str:
+        if spec not in self._policies:
+            files = of_policy(spec, self._blanks, self.allowed)
+            self._watch(files)
+            self._policies[spec] = mark(files)
+        return self._policies[spec]

@@ -1,0 +1,129 @@
+"""The algorithms of a training run, and how one is made for it.
+
+Stable-Baselines3's PPO, SAC (Haarnoja et al. 2018), TD3 (Fujimoto et al. 2018), DQN (Mnih et al.
+2015); of its contrib package recurrent PPO and TQC, whose critics' largest quantiles are left out
+against overestimation (Kuznetsov et al., ICML 2020); and our own: ``dagger``, ``lagrangian``.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import sb3_contrib
+import stable_baselines3
+import torch
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.noise import NormalActionNoise
+from stable_baselines3.common.utils import LinearSchedule
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies.base import NO_CODE, Permissions
+from hazbot_gym.task.observation import LAYOUTS
+from hazbot_gym.training.asymmetric_critic import TimedCriticPolicy
+from hazbot_gym.training.config import PUPILS, TrainConfig, hidden_entries
+from hazbot_gym.training.dagger import BC, DAgger
+from hazbot_gym.training.feature_mask import Blinkers
+from hazbot_gym.training.imitation import teacher_of
+from hazbot_gym.training.options import MOST, check_options
+from hazbot_gym.training.ppo_lagrangian import PPOLagrangian
+from hazbot_gym.training.vec_envs import TrainingEnvs
+
+ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
+    "ppo": stable_baselines3.PPO,
+    "sac": stable_baselines3.SAC,
+    "td3": stable_baselines3.TD3,
+    "tqc": sb3_contrib.TQC,
+    "dqn": stable_baselines3.DQN,
+    "recurrent_ppo": sb3_contrib.RecurrentPPO,
+    "bc": BC,
+    "dagger": DAgger,
+}
+ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
+
+
+def make_model(
+    config: TrainConfig, envs: TrainingEnvs, allowed: Permissions = NO_CODE
+) -> BaseAlgorithm:
+    """Make a new model of a run, whose teacher may run what is allowed.
+
+    Raises:
+        InvalidInput: The algorithm does not take these options or environments.
+    """
+    kind = PPOLagrangian if config.lagrangian else ALGORITHMS[config.algorithm]
+    _check_options(config, kind)
+    network = _blinkers(config) | config.network
+    activation = network.pop("activation", "tanh")
+    if not isinstance(activation, str) or activation not in ACTIVATIONS:
+        raise InvalidInput(
+            f"network.activation: given {activation!r}, allowed are {', '.join(ACTIVATIONS)}"
+        )
+    options = _options(config, envs, allowed)
+    try:
+        model: BaseAlgorithm = kind(
+            _policy_of(config),
+            envs,
+            learning_rate=LinearSchedule(config.learning_rate, config.final_learning_rate, 1.0),
+            policy_kwargs={**network, "activation_fn": ACTIVATIONS[activation]},
+            seed=config.seed,
+            device="cpu",
+            **options,
+        )
+    except (TypeError, ValueError, AssertionError, RuntimeError, MemoryError) as error:
+        reason = str(error).split("__init__() ")[-1]
+        raise InvalidInput(f"options: {config.algorithm} cannot use them: {reason}") from error
+    if config.residual:
+        _silence(model)
+    return model
+
+
+def _check_options(config: TrainConfig, kind: type[BaseAlgorithm]) -> None:
+    check_options(config.options, kind, "options")
+    update = config.options.get("n_steps", 1) * config.worlds
+    if update > MOST:
+        raise InvalidInput(
+            f"options.n_steps: {update:,} decisions of {config.worlds} worlds, allowed are {MOST:,}"
+        )
+    policy = _policy_of(config)
+    policy = kind.policy_aliases[policy] if isinstance(policy, str) else policy
+    network = {name: value for name, value in config.network.items() if name != "activation"}
+    check_options(network, policy, "network")
+
+
+def _blinkers(config: TrainConfig) -> dict[str, Any]:
+    """Return what of the options of a policy hides fields from it."""
+    if not config.hidden:
+        return {}
+    hidden = hidden_entries(config.hidden, LAYOUTS[config.environments()[0].tier])
+    return {
+        "features_extractor_class": Blinkers,
+        "features_extractor_kwargs": {"hidden": hidden},
+    }
+
+
+def _policy_of(config: TrainConfig) -> Any:
+    if config.timed_critic:
+        return TimedCriticPolicy
+    return "MlpLstmPolicy" if config.algorithm == "recurrent_ppo" else "MlpPolicy"
+
+
+def _options(config: TrainConfig, envs: TrainingEnvs, allowed: Permissions) -> dict[str, Any]:
+    """Return a file's options as the algorithm wants them, and what our own ones need besides."""
+    options = dict(config.options)
+    if "action_noise" in options:  # its deviation; SB3 wants a noise for each action
+        deviation = np.full(1, options["action_noise"], np.float32)
+        options["action_noise"] = NormalActionNoise(np.zeros(1, np.float32), deviation)
+    if config.algorithm in PUPILS:
+        assert config.imitation is not None
+        options["teacher"] = teacher_of(config.imitation, envs, allowed)
+        options["imitation"] = config.imitation
+    if config.lagrangian:
+        options["lagrangian"] = config.lagrangian
+    return options
+
+
+def _silence(model: Any) -> None:
+    """Let an actor answer 0 to everything, so that a residual starts as its base."""
+    with torch.no_grad():
+        for parameter in model.policy.action_net.parameters():
+            parameter.zero_()

@@ -1,0 +1,134 @@
+"""Checkpoints of a training run: whole or recognised as damaged, and read without pickle.
+
+    OUT/checkpoints/000000250000.pt    SHA-256 of the rest, then torch's file of tensors and numbers
+
+Two are kept, so that a damaged one costs an interval and not the run. One holds the networks, the
+optimisers, the counters that schedules follow, a replay buffer where there is one, and what our own
+algorithms name as ``remembered``, such as DAgger's data set or a Lagrangian's price. It holds no
+random state and no environment: after each checkpoint a run seeds all of them anew, from its own
+seed and the number of checkpoints so far, whether it was interrupted or not.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import pickle
+from pathlib import Path
+from typing import Any
+
+import torch
+from rich.console import Console
+from stable_baselines3.common.base_class import BaseAlgorithm
+
+from hazbot_gym.utils.files import sweep, write_bytes
+
+KEPT = 2
+COUNTERS = (
+    "num_timesteps",
+    "_n_updates",
+    "_n_calls",
+    "_episode_num",
+    "_current_progress_remaining",
+    "exploration_rate",
+)
+BUFFER = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
+State = dict[str, Any]
+
+
+def save(folder: Path, model: BaseAlgorithm, progress: State) -> None:
+    """Write a checkpoint and remove all but the newest ones.
+
+    Args:
+        folder: Where checkpoints are.
+        model: Whose training it is.
+        progress: What else a run goes on from: plain values.
+    """
+    content = io.BytesIO()
+    torch.save({"model": state_of(model), "progress": progress}, content)
+    data = content.getvalue()
+    digest = hashlib.sha256(data).hexdigest().encode()
+    write_bytes(folder / f"{model.num_timesteps:012d}.pt", digest + b"\n" + data)
+    for old in _all(folder)[KEPT:]:
+        old.unlink(missing_ok=True)
+
+
+def load_newest(folder: Path, console: Console, run: str | None = None) -> State | None:
+    """Return the newest checkpoint that is whole; None if there is none. Says what it passes over.
+
+    Args:
+        folder: Where checkpoints are.
+        console: Where is said what is passed over.
+        run: Identity of the run, which ``progress`` of another run's does not have; None: any.
+
+    Returns:
+        ``model`` for ``restore``, and ``progress`` as it was saved.
+    """
+    sweep(folder)
+    for path in _all(folder):
+        state = _load(path)
+        if state is None:
+            console.print(f"checkpoint {path.name} is damaged, the one before it is used")
+        elif run is not None and state["progress"].get("run") != run:
+            console.print(f"checkpoint {path.name} is another run's, the one before it is used")
+        else:
+            return state
+    return None
+
+
+def _load(path: Path) -> State | None:
+    """Return what is in a checkpoint, or None where it is damaged or holds more than numbers."""
+    digest, _, data = path.read_bytes().partition(b"\n")
+    if hashlib.sha256(data).hexdigest().encode() != digest:
+        return None
+    try:
+        state = torch.load(io.BytesIO(data), weights_only=True)
+    except (pickle.UnpicklingError, RuntimeError, EOFError):  # as its maker wanted it
+        return None
+    is_ours = isinstance(state, dict) and isinstance(state.get("progress"), dict)
+    return state if is_ours and isinstance(state.get("model"), dict) else None
+
+
+def state_of(model: BaseAlgorithm) -> State:
+    """Return all that an update of the model depends on, as tensors and plain values."""
+    _, variables = model._get_torch_save_params()
+    names = (*COUNTERS, *getattr(model, "remembered", ()))
+    return {
+        "parameters": model.get_parameters(),
+        "variables": {name: getattr(model, name).detach() for name in variables},
+        "counters": {name: getattr(model, name) for name in names if hasattr(model, name)},
+        "buffer": _buffer_of(model),
+    }
+
+
+def restore(model: BaseAlgorithm, state: State) -> None:
+    """Bring a new model of the same config to a saved state."""
+    model.set_parameters(state["parameters"], device=model.device)
+    for name, value in state["variables"].items():
+        getattr(model, name).data.copy_(value)  # the optimiser knows this very tensor
+    for name, value in state["counters"].items():
+        setattr(model, name, value)
+    _fill_buffer(model, state["buffer"])
+
+
+def _buffer_of(model: BaseAlgorithm) -> State:
+    """Return what the replay buffer holds."""
+    buffer = getattr(model, "replay_buffer", None)
+    if buffer is None:
+        return {}
+    size = buffer.buffer_size if buffer.full else buffer.pos
+    arrays = {name: torch.from_numpy(getattr(buffer, name)[:size]) for name in BUFFER}
+    return {"pos": buffer.pos, "full": buffer.full, **arrays}
+
+
+def _fill_buffer(model: BaseAlgorithm, state: State) -> None:
+    for name in BUFFER if state else ():
+        values = state[name].numpy()
+        getattr(model.replay_buffer, name)[: len(values)] = values  # type: ignore[attr-defined]
+    if state:
+        model.replay_buffer.pos, model.replay_buffer.full = state["pos"], state["full"]  # type: ignore[attr-defined]
+
+
+def _all(folder: Path) -> list[Path]:
+    """Return the checkpoints, the newest first."""
+    return sorted(folder.glob("[0-9]*.pt"), reverse=True)

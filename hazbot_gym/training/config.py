@@ -1,0 +1,186 @@
+"""What a training run consists of: algorithm, environments, budget, validation.
+
+A training file (``configs/*.yaml``) holds deltas on the defaults below. ``options`` go to the
+algorithm of Stable-Baselines3 as they are, ``network`` to its policy, with the names used there.
+"""
+
+from __future__ import annotations
+
+import fnmatch
+import hashlib
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from annotated_types import Ge, Gt, Le
+from pydantic import Field, ValidationError, ValidationInfo, field_validator
+
+from hazbot_gym.config import Config, Section, first_error
+from hazbot_gym.envs.registration import NAMESPACE, full_id
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.evaluation import rollout
+from hazbot_gym.evaluation.field_types import Engine, Names, SomeNames, Steps
+from hazbot_gym.evaluation.scenario_set import ScenarioSet
+from hazbot_gym.task.observation import LAYOUTS, Layout
+from hazbot_gym.utils.yaml_loader import read_yaml
+
+Algorithm = Literal["ppo", "sac", "td3", "tqc", "dqn", "recurrent_ppo", "bc", "dagger"]
+PUPILS = ("bc", "dagger")  # that learn from a teacher alone, never from rewards
+
+
+class Validation(Section):
+    """How the best model is found: mean return over scenarios that no test uses."""
+
+    every_steps: Steps = 250_000  # and as often a checkpoint
+    episodes: Annotated[int, Ge(1), Le(100_000)] = 100  # shared out among the environments
+
+
+class Imitation(Section):
+    """A teacher: a start for PPO (``imitation.py``), all of bc and dagger (``dagger.py``)."""
+
+    teacher: str = "fuzzy_expert"
+    decisions: Annotated[int, Ge(1), Le(50_000_000)] = (
+        700_000  # that are watched; of bc and dagger in each round
+    )
+    noise: Annotated[float, Ge(0)] = 0.2  # deviation by which actions in [-1, 1] are disturbed
+    epochs: Annotated[int, Ge(1), Le(100_000)] = 15
+    batch_size: Annotated[int, Ge(1), Le(50_000_000)] = 2048
+    learning_rate: Annotated[float, Gt(0)] = 1e-3  # falls to nil
+
+
+class Residual(Section):
+    """A base whose actions are corrected (``policies/residual.py``)."""
+
+    base: str = "fuzzy_expert"
+    scale: Annotated[float, Gt(0), Le(2)] = 0.5  # of corrections in [-1, 1]; 2 overrules any base
+
+
+class Lagrangian(Section):
+    """A limit on the cost, and how its price is found (``training/ppo_lagrangian.py``)."""
+
+    limit: Annotated[float, Ge(0)]  # d, of the mean cost of an episode
+    rate: Annotated[float, Gt(0)] = 0.1  # eta, of the price for an excess of 1 that lasts
+    proportional: Annotated[float, Ge(0)] = 0.0  # K_P, of the price for the excess as it is
+    derivative: Annotated[float, Ge(0)] = 0.0  # K_D, of the price for a cost that grows
+    start: Annotated[float, Ge(0)] = 0.0  # the price at the beginning
+
+
+class TrainConfig(Section):
+    """All that decides the weights of a run; where it is written is not in here."""
+
+    algorithm: Algorithm = "ppo"
+    env: SomeNames = (f"{NAMESPACE}/Corridor-v0",)
+    overrides: dict[str, Any] = Field(default_factory=dict)  # of the environments' config
+    worlds: Annotated[int, Ge(1), Le(100_000)] = (
+        512  # side by side, shared out among the environments
+    )
+    engine: Engine = "batched"
+    threads: Annotated[int, Ge(1), Le(1024)] = 1  # that step the worlds; no result depends on it
+    steps: Steps = 3_000_000  # decisions in all
+    seed: Annotated[int, Ge(0), Le(2**32 - 1)] = 0
+    reward_scale: Annotated[float, Gt(0)] = 0.05  # brings rewards near 1; logged returns are bare
+    shaping: Literal["none", "free_drive"] = "none"  # free_drive: see training/shaping.py
+    hidden: Names = ()  # fields that networks do not see (training/feature_mask.py), with *
+    timed_critic: bool = False  # whether the critic knows the time left; only for ppo
+    imitation: Annotated[Imitation | None, Field(validate_default=True)] = None  # ppo, bc, dagger
+    residual: Residual | None = None  # corrections of a base; for ppo and recurrent_ppo
+    lagrangian: Lagrangian | None = None  # a limit on the cost; only for ppo
+    learning_rate: Annotated[float, Gt(0)] = 1e-3  # of bc and dagger ``imitation.learning_rate``
+    final_learning_rate: Annotated[float, Ge(0)] = 0.0  # reached linearly
+    options: dict[str, Any] = Field(default_factory=dict)
+    network: dict[str, Any] = Field(default_factory=dict)
+    validation: Validation = Validation()
+
+    @field_validator("env", mode="before")
+    @classmethod
+    def _one_or_several(cls, env: Any) -> Any:
+        given = [env] if isinstance(env, str) else env
+        return [full_id(each) for each in given] if isinstance(given, list | tuple) else given
+
+    @field_validator("imitation")
+    @classmethod
+    def _is_for_pupils(cls, value: Any, info: ValidationInfo) -> Any:
+        algorithm = info.data.get("algorithm")
+        if value and algorithm not in ("ppo", *PUPILS):
+            raise ValueError(
+                f"given with algorithm {algorithm!r}, allowed are 'ppo', 'bc' and 'dagger'"
+            )
+        return value or (Imitation() if algorithm in PUPILS else None)
+
+    @field_validator("timed_critic", "lagrangian")
+    @classmethod
+    def _is_for_ppo(cls, value: Any, info: ValidationInfo) -> Any:
+        algorithm = info.data.get("algorithm")
+        if value and algorithm != "ppo":
+            raise ValueError(f"given with algorithm {algorithm!r}, allowed is 'ppo'")
+        return value
+
+    @field_validator("residual")
+    @classmethod
+    def _starts_at_its_base(cls, value: Any, info: ValidationInfo) -> Any:
+        algorithm = info.data.get("algorithm")
+        if value and algorithm not in ("ppo", "recurrent_ppo"):
+            raise ValueError(
+                f"given with algorithm {algorithm!r}, allowed are 'ppo' and 'recurrent_ppo'"
+            )
+        if value and info.data.get("imitation"):
+            raise ValueError("given with imitation, allowed is one of the two starts")
+        return value
+
+    @field_validator("hidden")
+    @classmethod
+    def _are_fields(cls, patterns: tuple[str, ...]) -> tuple[str, ...]:
+        for pattern in patterns:
+            if not hidden_entries([pattern], LAYOUTS["tracks"]):
+                raise ValueError(
+                    f"given {pattern!r}, allowed are names of the observation's fields, * in them "
+                    "for anything"
+                )
+        return patterns
+
+    def environments(self) -> tuple[Config, ...]:
+        """Return the config of each environment, with the horizon that it is registered with.
+
+        Raises:
+            InvalidInput: There is no such environment, or a value is not allowed in it.
+        """
+        return tuple(_environment(env, self.overrides) for env in self.env)
+
+    def identity(self) -> str:
+        """Return a hash that two runs share if and only if their values are equal."""
+        text = json.dumps(self.model_dump(mode="json"), sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _environment(env: str, overrides: dict[str, Any]) -> Config:
+    config, _ = rollout.resolve(ScenarioSet(name=env, env=env, overrides=overrides))
+    return config
+
+
+def load_training(path: Path | str | None = None, **changes: Any) -> TrainConfig:
+    """Return the default run with a file's deltas and then the given changes applied.
+
+    Raises:
+        InvalidInput: The file cannot be read or a value is not allowed; one line.
+    """
+    values = read_yaml(Path(path), "config") if path else {}
+    values |= {name: value for name, value in changes.items() if value is not None}
+    try:
+        return TrainConfig.model_validate(values)
+    except ValidationError as error:
+        raise InvalidInput(first_error(error, TrainConfig)) from error
+
+
+def hidden_entries(patterns: Sequence[str], layout: Layout) -> list[int]:
+    """Return the entries of a tier's observations whose names fit one of some patterns."""
+    return [
+        i
+        for i, name in enumerate(layout.names)
+        if any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
+    ]
+
+
+def shares(total: int, parts: int) -> list[int]:
+    """Return a whole number shared out as evenly as it goes, the first parts getting more."""
+    return [total // parts + (i < total % parts) for i in range(parts)]

@@ -1,0 +1,64 @@
+"""Trained policies to files: the arrays without pickle, and a model card beside them."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies.actor_file import Trained, card, describe, write
+from hazbot_gym.policies.from_sb3 import actor_of
+from hazbot_gym.utils.files import write_bytes, write_text
+
+
+def export_model(
+    model: Any,
+    path: Path,
+    *,
+    tier: str,
+    normalize: Any = None,
+    residual: Mapping[str, Any] | None = None,
+    training: Mapping[str, Any] | None = None,
+    results: Mapping[str, Any] | None = None,
+    overwrite: bool = False,
+) -> Trained:
+    """Export the actor of a Stable-Baselines3 model.
+
+    Args:
+        model: What ``from_sb3.actor_of`` has a plain form for.
+        path: Of the ``.npz``; the card gets the suffix ``.md``.
+        tier: Information tier that it was trained on.
+        normalize: The ``VecNormalize`` that it was trained behind, if it was.
+        residual: The base that it corrects and its scale, if it does.
+        training: How it was trained: config, seed, versions, commit.
+        results: What it reached, by name of the metric.
+        overwrite: Whether a file that is there may be replaced.
+
+    Raises:
+        InvalidInput: The model has no plain form, its observations are not the tier's, or the file
+            is there already.
+    """
+    actor, name = actor_of(model, normalize), type(model).__name__
+    trained = describe(
+        actor, algorithm=name, tier=tier, residual=residual, training=training, results=results
+    )
+    export_actor(trained, path, overwrite=overwrite)
+    return trained
+
+
+def export_actor(trained: Trained, path: Path, *, overwrite: bool = False) -> None:
+    """Write an actor, of whatever made it, and its card.
+
+    Raises:
+        InvalidInput: The file is there already, has another suffix, or cannot be written.
+    """
+    if path.suffix != ".npz":
+        raise InvalidInput(f"path: given {str(path)!r}, allowed is a name that ends in .npz")
+    if path.exists() and not overwrite:
+        raise InvalidInput(f"path: given {str(path)!r}, which is there already")
+    content = io.BytesIO()
+    write(trained, content)
+    write_bytes(path, content.getvalue())
+    write_text(path.with_suffix(".md"), card(trained, path.stem))

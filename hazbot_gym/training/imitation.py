@@ -1,0 +1,122 @@
+"""A start from a teacher: supervised learning, from which reinforcement learning goes on.
+
+The teacher drives, pushed off its course by noise so that ways back are seen too (DART, Laskey et
+al., CoRL 2017). The actor learns what the teacher would have done, by least squares; the critic
+what came of it, so that PPO's first updates do not undo what the actor has learned.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from stable_baselines3 import PPO
+from stable_baselines3.common.policies import ActorCriticPolicy
+
+from hazbot_gym.core.state import Floats
+from hazbot_gym.evaluation import rollout
+from hazbot_gym.policies.base import NO_CODE, Permissions, Policy, make
+from hazbot_gym.training.config import Imitation, TrainConfig
+from hazbot_gym.training.vec_envs import TrainingEnvs, require_speeds
+
+
+class Lessons(NamedTuple):
+    """What a teacher would do, and for a critic what came of it."""
+
+    observations: torch.Tensor  # (M, width)
+    actions: torch.Tensor  # (M, 1) what the teacher would do
+    returns: torch.Tensor | None = None  # (M,) discounted rewards from there to the end
+
+    def take(self, rows: torch.Tensor) -> Lessons:
+        """Return some of them."""
+        return Lessons(*(None if each is None else each[rows] for each in self))
+
+
+def teacher_of(imitation: Imitation, envs: TrainingEnvs, allowed: Permissions = NO_CODE) -> Policy:
+    """Return the teacher of a run, which may run what is allowed.
+
+    Raises:
+        InvalidInput: There is no such policy, it cannot act on these observations, or actions are
+            levels, which nobody shows.
+    """
+    require_speeds(envs, "imitation")
+    teacher = make(imitation.teacher, **allowed._asdict())
+    teacher.predict(np.zeros((1, envs.width), np.float32))
+    return teacher
+
+
+def imitate(model: PPO, envs: TrainingEnvs, teacher: Policy, config: TrainConfig) -> None:
+    """Let a new model learn from the teacher of its run; the same seed teaches it the same."""
+    assert config.imitation is not None
+    seed = rollout.episode_seed(config.seed, "imitation", 0)
+    envs.seed(seed)
+    rng = np.random.default_rng(seed)
+    lessons = watch(envs, teacher, config.imitation, float(model.gamma), rng)
+    learn(model.policy, lessons, config.imitation, torch.Generator().manual_seed(seed))
+
+
+def watch(
+    envs: TrainingEnvs,
+    teacher: Policy,
+    imitation: Imitation,
+    gamma: float,
+    rng: np.random.Generator,
+) -> Lessons:
+    """Let the teacher drive in all worlds side by side; return what belongs to whole episodes."""
+    observation, state, starts = envs.reset(), None, np.ones(envs.num_envs, np.bool_)
+    seen, done, told = [], [], []
+    for _ in range(-(-imitation.decisions // envs.num_envs)):
+        action, state = teacher.predict(observation[:, : envs.width], state, starts)
+        seen.append(observation), told.append(action)
+        noise = imitation.noise * rng.standard_normal(action.shape, np.float32)
+        observation, rewards, starts, _ = envs.step(np.clip(action + noise, -1.0, 1.0))
+        done.append((rewards, starts))
+    rewards, ends = (np.stack(each) for each in zip(*done, strict=True))
+    returns, is_known = returns_of(rewards, ends, gamma)
+    lessons = (np.stack(seen), np.stack(told), returns.astype(np.float32))
+    return Lessons(*(torch.as_tensor(each[is_known]) for each in lessons))
+
+
+def returns_of(rewards: Floats, ends: Floats, gamma: float) -> tuple[Floats, Floats]:
+    """Return discounted returns (T, N) to the ends of episodes, and where there is an end."""
+    returns, is_known = np.zeros_like(rewards, np.float64), np.zeros_like(ends, np.bool_)
+    later, has_end = np.zeros(rewards.shape[1]), np.zeros(rewards.shape[1], np.bool_)
+    for t in reversed(range(len(rewards))):
+        later = rewards[t] + gamma * np.where(ends[t], 0.0, later)
+        has_end = has_end | ends[t]
+        returns[t], is_known[t] = later, has_end
+    return returns, is_known
+
+
+def learn(
+    policy: ActorCriticPolicy, lessons: Lessons, imitation: Imitation, generator: torch.Generator
+) -> None:
+    """Fit an actor, and a critic where returns are told, at a rate that falls to nil."""
+    count = len(lessons.actions)
+    batches = imitation.epochs * (count // imitation.batch_size)
+    optimizer = torch.optim.Adam(policy.parameters(), imitation.learning_rate)
+    falling = torch.optim.lr_scheduler.LinearLR(optimizer, 1.0, 0.0, total_iters=max(batches, 1))
+    for _ in range(imitation.epochs):
+        order = torch.randperm(count, generator=generator)
+        for batch in order.split(imitation.batch_size)[: batches // imitation.epochs]:
+            loss = _loss(policy, lessons.take(batch))
+            optimizer.zero_grad()
+            loss.backward()
+            optimizer.step()
+            falling.step()
+
+
+def _loss(policy: ActorCriticPolicy, lessons: Lessons) -> torch.Tensor:
+    means = policy.get_distribution(lessons.observations).distribution.mean
+    loss = miss(means, lessons.actions)
+    if lessons.returns is not None:
+        values = policy.predict_values(lessons.observations).flatten()
+        loss = loss + torch.nn.functional.mse_loss(values, lessons.returns)
+    return loss
+
+
+def miss(means: torch.Tensor, actions: torch.Tensor) -> torch.Tensor:
+    """Return the mean squared miss; what is clipped to the teacher's action does not miss it."""
+    is_beyond = (means * actions > 0.0) & (actions.abs() >= 1.0) & (means.abs() >= 1.0)
+    return torch.where(is_beyond, 0.0, (means - actions) ** 2).mean()

@@ -1,0 +1,37 @@
+"""Files that a training run depends on, and whether they were edited."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.evaluation.inputs import digests, of_policy, of_set
+from hazbot_gym.evaluation.scenario_set import ScenarioSet
+from hazbot_gym.policies.base import NO_CODE, Permissions
+from hazbot_gym.task.observation import LAYOUTS
+from hazbot_gym.training.config import TrainConfig
+
+
+def of_training(config: TrainConfig, allowed: Permissions = NO_CODE) -> list[Path]:
+    """Return the files that a training run reads: of its environments, and of its teacher."""
+    sets = [ScenarioSet(name=env, env=env, overrides=config.overrides) for env in config.env]
+    teacher = config.imitation.teacher if config.imitation else None
+    blanks = {(1, LAYOUTS[each.tier].width) for each in config.environments()}
+    found = [path for each in sets for path in of_set(each)]
+    return [*dict.fromkeys(found), *(of_policy(teacher, blanks, allowed) if teacher else [])]
+
+
+def check_unedited(before: Mapping[str, str]) -> None:
+    """Make sure that files are, while a training runs, those of ``digests`` at its beginning.
+
+    Raises:
+        InvalidInput: One was edited or removed.
+    """
+    for name, digest in before.items():
+        path = Path(name)
+        if not path.is_file() or digests([path])[name] != digest:
+            raise InvalidInput(
+                f"{name!r} was edited while the training ran; bring that file back and go on with "
+                "--resume"
+            )

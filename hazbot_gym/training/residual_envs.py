@@ -1,0 +1,56 @@
+"""The worlds of a residual policy: a base drives, and what is learned corrects it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from stable_baselines3.common.vec_env import VecEnvWrapper
+
+from hazbot_gym.policies.residual import base_of, corrected
+from hazbot_gym.training.config import Residual
+from hazbot_gym.training.vec_envs import TrainingEnvs, require_speeds
+
+
+class ResidualEnvs(VecEnvWrapper):
+    """Takes corrections in [-1, 1] for actions; the base's own actions go below them."""
+
+    def __init__(self, envs: TrainingEnvs, residual: Residual) -> None:
+        """Put a base under the actions of some environments.
+
+        Raises:
+            InvalidInput: There is no such base, it cannot act on these observations, or actions are
+                levels, to which nothing can be added.
+        """
+        require_speeds(envs, "residual")
+        super().__init__(envs)
+        self.base, self.correction_scale = base_of(residual.base), residual.scale
+        self._begin(np.zeros((envs.num_envs, envs.width), np.float32))
+        self._act()
+
+    def reset(self) -> npt.NDArray[np.float32]:
+        """Start new episodes everywhere."""
+        observations = self.venv.reset()
+        assert isinstance(observations, np.ndarray)
+        self._begin(observations)
+        return observations
+
+    def step_async(self, actions: npt.NDArray[Any]) -> None:
+        """Hand out the corrected actions."""
+        self.venv.step_async(corrected(self._act(), actions, self.correction_scale))
+
+    def step_wait(self) -> tuple[Any, Any, Any, list[dict[str, Any]]]:
+        """Take one decision in every world."""
+        self._seen, rewards, self._starts, infos = self.venv.step_wait()
+        return self._seen, rewards, self._starts, infos
+
+    def _begin(self, observations: npt.NDArray[np.float32]) -> None:
+        self._seen, self._state = observations, None
+        self._starts = np.ones(len(observations), np.bool_)
+
+    def _act(self) -> npt.NDArray[np.float32]:
+        """Return what the base does about what it sees now."""
+        seen = self._seen[:, : self.venv.width]
+        action, self._state = self.base.predict(seen, self._state, self._starts)
+        return action

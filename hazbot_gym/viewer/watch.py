@@ -1,0 +1,190 @@
+"""A policy at work, in a window or on file: what ``hazbot watch`` does."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from contextlib import closing
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import gymnasium
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.evaluation.metrics import Row, SsmThresholds, measure
+from hazbot_gym.evaluation.rollout import (
+    check_counts,
+    episode_seed,
+    make_env,
+    run_episode,
+    scenario_set,
+)
+from hazbot_gym.policies.base import make as make_policy
+from hazbot_gym.utils.files import check_writable, write_atomically
+from hazbot_gym.utils.terminal import FittedTable
+from hazbot_gym.viewer.sinks import (
+    FILMS,
+    PICTURE,
+    FilmScreen,
+    LiveScreen,
+    PictureScreen,
+    Screen,
+    Stopped,
+)
+
+SLOWEST, FASTEST = 0.01, 100.0  # times as fast as in reality
+# Metrics that are printed of each episode, and how.
+COLUMNS = {
+    "seed": "d",
+    "outcome": "s",
+    "time_s": ".1f",
+    "return": "z.1f",
+    "time_ratio": ".2f",
+    "kinetic_intrusion_m2": ".2f",
+}
+
+
+class Show(NamedTuple):
+    """What is watched; the same arguments meet the same episodes in ``hazbot eval``.
+
+    Attributes:
+        policy: Built-in name with options, or ``module:attribute``.
+        env_id: Of a hazbot_gym environment.
+        episodes: How many.
+        seed: Root of the seeds of all episodes.
+        overrides: Config values that differ from the environment's own.
+        speed: Times as fast as in reality.
+        allow_pickle: Whether a ``learned`` zip may run the code that is in it.
+    """
+
+    policy: str
+    env_id: str
+    episodes: int = 1
+    seed: int = 0
+    overrides: Mapping[str, Any] = MappingProxyType({})
+    speed: float = 1.0
+    allow_pickle: bool = False
+
+
+class Watched(gymnasium.Wrapper[Any, Any, Any, Any]):
+    """An environment with somebody looking on."""
+
+    def __init__(self, env: gymnasium.Env[Any, Any], screen: Screen) -> None:
+        super().__init__(env)
+        self._screen = screen
+
+    def reset(self, **options: Any) -> tuple[Any, dict[str, Any]]:
+        """Reset, and let the screen see it."""
+        observation, info = self.env.reset(**options)
+        self._screen.see(self.env.render, info["time_s"], is_last=False)
+        return observation, info
+
+    def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        """Step, and let the screen see it."""
+        observation, reward, terminated, truncated, info = self.env.step(action)
+        is_last = terminated or truncated
+        self._screen.see(self.env.render, info["time_s"], is_last=is_last)
+        return observation, reward, terminated, truncated, info
+
+
+def watch_live(show: Show) -> list[Row]:
+    """Show a policy in a window until its episodes are over or the user stops it.
+
+    Returns:
+        One row of metrics for each episode that went to its end.
+
+    Raises:
+        InvalidInput: something given cannot be used, or there is no display.
+    """
+    env, rate = _make(show)
+    with closing(LiveScreen(f"{show.policy} in {show.env_id}", rate)) as screen:
+        return _play(show, env, screen)
+
+
+def save(
+    show: Show, path: Path, *, at_s: float | None = None, is_replacing: bool = False
+) -> list[Row]:
+    """Save a policy's episodes as a film, or a picture of one; the file is whole or absent.
+
+    Args:
+        show: What is watched.
+        path: Ends in ``.mp4``, ``.gif`` or ``.png``.
+        at_s: Time of the picture in the episode; its end if None.
+        is_replacing: Whether a file of this name may be replaced.
+
+    Returns:
+        One row of metrics for each episode.
+
+    Raises:
+        InvalidInput: something given cannot be used.
+    """
+    _check_file(show, path, at_s, is_replacing)
+    env, rate = _make(show)
+    rows: list[Row] = []
+
+    def write(beside: Path) -> None:
+        screen: FilmScreen | PictureScreen
+        if path.suffix == PICTURE:
+            screen = PictureScreen(beside, at_s)
+        else:
+            screen = FilmScreen(beside, path.suffix, rate)
+        with closing(screen):
+            rows.extend(_play(show, env, screen))
+        screen.check()
+
+    write_atomically(path, write)
+    return rows
+
+
+def table(rows: list[Row]) -> FittedTable:
+    """Return a line for each episode."""
+    result = FittedTable(box=None, pad_edge=False)
+    for name in COLUMNS:
+        result.add_column(name, justify="left" if name == "outcome" else "right")
+    for row in rows:
+        result.add_row(*(format(row[name], form) for name, form in COLUMNS.items()))
+    return result
+
+
+def _make(show: Show) -> tuple[gymnasium.Env[Any, Any], float]:
+    """Return the environment, and how many of its pictures pass in a second."""
+    check_counts(show.episodes, show.seed)
+    if not SLOWEST <= show.speed <= FASTEST:
+        raise InvalidInput(f"speed: given {show.speed}, allowed is {SLOWEST} to {FASTEST}")
+    env = make_env(scenario_set(show.env_id, show.overrides), "rgb_array")
+    decision_s = env.unwrapped.config.clock.decision_s  # type: ignore[attr-defined]
+    return env, show.speed / decision_s
+
+
+def _play(show: Show, env: gymnasium.Env[Any, Any], screen: Screen) -> list[Row]:
+    policy, watched = make_policy(show.policy, allow_pickle=show.allow_pickle), Watched(env, screen)
+    name = scenario_set(show.env_id, show.overrides).name
+    rows: list[Row] = []
+    for index in itertools.count():
+        seed = episode_seed(show.seed, name, index)
+        try:
+            episode, _ = run_episode(watched, policy, seed)
+        except Stopped as stopped:
+            if stopped.for_good:
+                return rows
+            continue
+        rows.append({"seed": seed, **measure(episode, SsmThresholds())})
+        if len(rows) == show.episodes:
+            return rows
+    raise AssertionError("there are always more seeds")
+
+
+def _check_file(show: Show, path: Path, at_s: float | None, is_replacing: bool) -> None:
+    given, endings = f"given {str(path)!r}", (*FILMS, PICTURE)
+    if path.suffix not in endings:
+        raise InvalidInput(f"save: {given}, allowed endings are {', '.join(endings)}")
+    if path.is_dir() or (path.exists() and not is_replacing):
+        raise InvalidInput(f"save: {given}, which exists; give another name, or --force")
+    if at_s is not None and not at_s >= 0.0:
+        raise InvalidInput(f"at: given {at_s}, allowed is 0 or more")
+    check_writable(path, "save")
+    if path.suffix == PICTURE and show.episodes > 1:
+        raise InvalidInput(f"episodes: given {show.episodes}, a picture shows 1")
+    if path.suffix != PICTURE and at_s is not None:
+        raise InvalidInput(f"at: given {at_s}, but only a picture ({PICTURE}) is of one time")

@@ -1,0 +1,51 @@
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import pytest
+from rich.console import Console
+
+from hazbot_gym.bench.report import page, shown, table
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (1234567.8, "1,230,000"),
+        (999.6, "1,000"),
+        (123.4, "123"),
+        (9.876, "9.88"),
+        (0.01234, "0.0123"),
+    ],
+)
+def test_numbers_have_three_digits_that_count(value: float, text: str) -> None:
+    assert shown(value) == text
+
+
+def test_terminal_shows_cases_goals_and_machine(record: dict[str, Any]) -> None:
+    out = io.StringIO()
+    Console(file=out, width=120).print(table(record))
+    for text in (
+        "hazbot_gym/Corridor-v0",
+        "batched, 8192 worlds, 10 people",
+        "at least 60",
+        "four people",
+        "1.25 s (1.25 to 1.25) cached, 1.25 s compiling",
+        "fuzzy-PID",
+        "SB3 adapter left out",
+        record["machine"]["processor"],
+    ):
+        assert text in out.getvalue()
+
+
+def test_page_is_the_template_with_tables_and_machine(record: dict[str, Any]) -> None:
+    text = page("On $processor, see $record:\n$rates\n$goals\n$once", record, name="b/x.json")
+    assert text.startswith(f"On {record['machine']['processor']}, see b/x.json:\n| steps a second")
+    assert "| batched, 1024 worlds, 4 people, to CartPole-v1 | at least 9 | " in text
+    assert "| 3 episodes of fuzzy_expert, records written | " in text
+
+
+def test_a_placeholder_that_is_none_is_an_error(record: dict[str, Any]) -> None:
+    with pytest.raises(KeyError, match="speed"):
+        page("$speed", record, name="x")

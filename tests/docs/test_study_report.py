@@ -1,0 +1,158 @@
+"""The page on the full study: what it is made of, and targets that can come out either way."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from study_record import KEPT, RATES, record_of, small_record_of
+from study_report import page, readme_table
+from study_targets import sonar_targets, tracks_targets
+
+from hazbot_gym.study.headline import POOLED
+from hazbot_gym.study.summary import COMPARED, TAILS
+
+TEMPLATE = (Path(__file__).parents[2] / "docs" / "study.template.md").read_text(encoding="utf-8")
+POLICIES = ("fuzzy_expert", "ssm:mode=directional", "fuzzy_expert, tuned", "residual")
+FRONTS = ("fuzzy_expert", "residual ppo, three prices")
+
+
+def estimate(mean: float, half: float = 0.01) -> dict[str, float]:
+    return {"mean": mean, "low": mean - half, "high": mean + half}
+
+
+def policy(**metrics: float) -> dict[str, Any]:
+    plain = dict.fromkeys((*KEPT, *RATES), 0.0) | {"time_ratio": 1.5, "kinetic_intrusion_m2": 0.05}
+    return {
+        "episodes": 1000,
+        "training_seeds": 1,
+        "metrics": {name: estimate(value) for name, value in (plain | metrics).items()},
+        "difference": {name: estimate(-0.1) | {"p": 0.01, "p_holm": 0.04} for name in COMPARED},
+        "return_gain": estimate(2.0) | {"probability": estimate(0.96)},
+        "tails": {name: estimate(0.3) for name in TAILS},
+    }
+
+
+def summary(**learner: float) -> dict[str, Any]:
+    block = {name: policy() for name in POLICIES} | {"residual": policy(**learner)}
+    regret = {
+        name: {
+            "regret": estimate(1.0),
+            "avoidable_delay": estimate(0.02),
+            "delay_removed": estimate(0.6, 0.05),
+            "normalised": estimate(0.97),
+        }
+        for name in POLICIES
+    }
+    front = {
+        name: {
+            "points": [{"policy": name, "on_front": True}],
+            "hypervolume": estimate(0.04 + 0.02 * i, 0.001),
+            "difference": estimate(0.02 * i, 0.001),
+        }
+        for i, name in enumerate(FRONTS)
+    }
+    best = {"episodes": 50, "constant": None, "best": {}, "policies": regret}
+    return {
+        "study": "abc",
+        "confidence": 0.95,
+        "reference": "fuzzy_expert, tuned",
+        "sets": {"test": block, "test/Crossing": block, "test/Leading": block},
+        "fronts": {"together": front},
+        "yardstick": {"exact": best, "searched": best},
+    }
+
+
+def record(**learner: float) -> dict[str, Any]:
+    training = {
+        "name": "residual",
+        "config": "r.yaml",
+        "seeds": 10,
+        "decisions": 3_000_000,
+        "seconds": 120.0,
+        "validation_return": 260.0,
+    }
+    session = {
+        "command": "hazbot study",
+        "seconds": 3000.0,
+        "peak_memory_gb": 1.2,
+        "prepared": 9,
+        "shards": 100,
+        "decisions": 10**6,
+    }
+    return record_of(
+        {
+            "summary": summary(**learner),
+            "manifest": {
+                "commit": "1" * 40,
+                "machine": {"processor": "P", "cores": 2},
+                "environments": {"test/Crossing": {}, "test/Leading": {}},
+            },
+            "sessions": [session],
+            "trainings": [training],
+            "policies": list(POLICIES),
+            "shown": ["fuzzy_expert, tuned", "residual"],
+            "tuned": {"fuzzy_expert, tuned": {"policy": "fuzzy_expert:scale=1", "at_a_bound": []}},
+        }
+    )
+
+
+SMALL = {
+    name: small_record_of(
+        {
+            "study": "x",
+            "sets": {POOLED: {"ppo": policy()}, "real people, replay": {"ppo": policy()}},
+        }
+    )
+    for name in ("contacts", "people")
+}
+GOOD = {"time_ratio": 1.4, "kinetic_intrusion_m2": 0.02}
+
+
+def test_page_leaves_no_placeholder_and_shows_every_policy() -> None:
+    found = {name: record(**GOOD) for name in ("tracks", "sonar", "observations")} | SMALL
+    text = page(TEMPLATE, found, name="benchmarks/study.json")
+    assert "$" not in text
+    for name in POLICIES:
+        assert f"`{name}`" in text
+    assert "1.400 (1.390 to 1.410)" in text
+
+
+def test_headline_for_the_readme_has_who_is_shown() -> None:
+    table = readme_table({"tracks": record(**GOOD)})
+    assert "| `residual` | 0.00 | 1.400 | 0.0200 | 0.00 |" in table
+    assert "directional" not in table
+
+
+def test_all_targets_can_be_reached() -> None:
+    found = record(**GOOD)
+    assert all(target.is_reached for target in tracks_targets(found))
+    assert all(target.is_reached for target in sonar_targets(found))
+
+
+@pytest.mark.parametrize(
+    ("changes", "aim"),
+    [
+        ({"kinetic_intrusion_m2": 0.06}, "kinetic intrusion no higher"),
+        ({"ssm_violation": 0.1}, "SSM violation no higher"),
+        ({"contact_robot_caused": 0.001}, "no contact by the robot"),
+        ({"time_ratio": 1.6, "kinetic_intrusion_m2": 0.08}, "in no group of scenarios dominated"),
+    ],
+)
+def test_a_target_that_is_missed_says_so(changes: dict[str, float], aim: str) -> None:
+    missed = [
+        each.aim for each in tracks_targets(record(**(GOOD | changes))) if not each.is_reached
+    ]
+    assert any(each.startswith(aim) for each in missed)
+
+
+def test_targets_against_the_yardstick_are_missed_below_their_marks() -> None:
+    found = record(**GOOD)
+    exact, searched = (found["yardstick"][kind]["policies"] for kind in ("exact", "searched"))
+    exact["residual"]["normalised"]["mean"] = 94.0
+    searched["residual"]["delay_removed"]["mean"] = 49.0
+    found["together"]["test"]["residual"]["return_gain"]["probability"]["mean"] = 0.9
+    found["fronts"]["together"]["residual ppo, three prices"]["hypervolume"]["low"] = 0.04
+    reached = [target.is_reached for target in tracks_targets(found)]
+    assert reached == [False, True, True, False, False, True, False, True]

@@ -1,0 +1,78 @@
+from __future__ import annotations
+
+from random import Random
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hazbot_gym.evaluation.statistics.intervals import scenario_draws
+from hazbot_gym.evaluation.statistics.multiple_comparisons import bootstrap_p_value, holm
+
+P_VALUES = st.lists(st.floats(0.0, 1.0), min_size=1, max_size=12)
+
+
+def test_holm_by_hand() -> None:
+    # Sorted .005, .01, .03, .04 times 4, 3, 2, 1: .02, .03, .06, .04; the last may not be less
+    # than the one before. statsmodels' multipletests(method="holm") and R's p.adjust say the same.
+    assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
+
+
+def test_a_family_of_one_needs_no_correction() -> None:
+    assert holm([0.04]) == pytest.approx([0.04])
+    assert len(holm([])) == 0
+
+
+def test_a_comparison_that_could_not_be_made_still_belongs_to_the_family() -> None:
+    np.testing.assert_allclose(holm([np.nan, 0.01, 0.02]), [np.nan, 0.03, 0.04])
+
+
+@given(P_VALUES)
+def test_holm_lies_between_no_correction_and_bonferroni(p_values: list[float]) -> None:
+    p, adjusted = np.array(p_values), holm(p_values)
+    assert (adjusted >= p).all()
+    assert (adjusted <= np.minimum(1.0, len(p) * p)).all()
+    assert (np.diff(adjusted[np.argsort(p)]) >= 0.0).all()
+
+
+@given(P_VALUES, st.randoms())
+def test_holm_does_not_depend_on_the_order(p_values: list[float], random: Random) -> None:
+    order = random.sample(range(len(p_values)), len(p_values))
+    np.testing.assert_array_equal(holm(np.array(p_values)[order]), holm(p_values)[order])
+
+
+def test_holm_errs_in_a_family_as_seldom_as_one_test() -> None:
+    p_values = np.random.default_rng(0).random((2000, 10))  # all hypotheses true
+    errs = np.mean([(holm(family) <= 0.05).any() for family in p_values])
+    assert errs == pytest.approx(0.05, abs=0.02)
+    assert np.mean((p_values <= 0.05).any(axis=1)) > 0.3  # what it would be uncorrected
+
+
+def test_p_value_by_hand() -> None:
+    assert bootstrap_p_value(np.array([1.0, 2.0, 3.0, -1.0])) == pytest.approx(2 * (1 + 1) / 5)
+    assert bootstrap_p_value(np.full(999, 2.0)) == pytest.approx(0.002)
+    for improvement in (0.4, 0.6):
+        assert bootstrap_p_value(np.full(999, improvement), null=0.5) == pytest.approx(0.002)
+
+
+def test_no_difference_and_no_data_are_no_evidence() -> None:
+    assert bootstrap_p_value(np.zeros(99)) == 1.0
+    assert np.isnan(bootstrap_p_value(np.full(99, np.nan)))
+    assert bootstrap_p_value(np.array([np.nan, 1.0, 1.0, 1.0])) == pytest.approx(0.5)
+
+
+@given(st.floats(-3.0, 3.0))
+def test_the_test_and_the_interval_say_the_same(shift: float) -> None:
+    resampled = np.random.default_rng(1).normal(shift, 1.0, size=999)
+    low, high = np.quantile(resampled, [0.025, 0.975])
+    p = bootstrap_p_value(resampled)
+    if abs(p - 0.05) > 0.004:  # the interval interpolates between two resamples
+        assert (p < 0.05) == (not low <= 0.0 <= high)
+
+
+def test_policies_that_do_not_differ_are_told_apart_as_seldom_as_promised() -> None:
+    rng = np.random.default_rng(2)
+    draws = scenario_draws(np.zeros(80), rng, resamples=1000)
+    p_values = [bootstrap_p_value(draws @ (rng.exponential(size=80) - 1.0)) for _ in range(500)]
+    assert np.mean(np.array(p_values) <= 0.05) == pytest.approx(0.05, abs=0.03)

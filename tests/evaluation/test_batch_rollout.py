@@ -1,0 +1,155 @@
+from __future__ import annotations
+
+import sys
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.evaluation import batch_rollout
+from hazbot_gym.evaluation.batch_rollout import run_episodes
+from hazbot_gym.evaluation.rollout import Block, evaluate, resolve, run_block
+from hazbot_gym.evaluation.scenario_set import DEFAULT_SETS, ScenarioSet
+from hazbot_gym.policies.constant import Constant
+
+REPLAYS = tuple(
+    ScenarioSet(name=model, env="hazbot_gym/Replay-v0", overrides={"people": {"model": model}})
+    for model in ("replay", "seeded")
+)
+
+
+class Slower:
+    """A policy with an inner state: the speed falls from decision to decision."""
+
+    def __init__(self) -> None:
+        self.starts: list[Any] = []
+
+    def predict(
+        self, observation: Any, state: Any = None, episode_start: Any = None, **_: Any
+    ) -> Any:
+        n = len(observation)
+        state = np.zeros(n) if state is None else state + 0.01 * np.arange(n)
+        self.starts.append(episode_start.tolist())
+        return np.maximum(1.0 - state[:, None], -1.0), state
+
+
+class OneAtATime:
+    def predict(self, observation: Any, state: Any = None, **_: Any) -> Any:
+        return np.array([1.0 if observation[0] > 0.5 else 0.0], np.float32), state
+
+
+class NanLater:
+    """A policy that answers NaN once an episode has begun."""
+
+    def predict(self, observation: Any, state: Any = None, **_: Any) -> Any:
+        later = np.nan if state is not None else 0.0
+        return np.full((*np.shape(observation)[:-1], 1), later), 1
+
+
+class FailsLater:
+    def predict(self, observation: Any, state: Any = None, **_: Any) -> Any:
+        return np.zeros((*np.shape(observation)[:-1], 1)) / {None: 1.0}[state], 1
+
+
+class OneAnswer:
+    def predict(self, observation: Any, state: Any = None, **_: Any) -> Any:
+        return np.ones(1, np.float32), state
+
+
+@pytest.fixture
+def mine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A module with the policies of this file."""
+    module = ModuleType("mine")
+    kinds = (Slower, OneAtATime, OneAnswer, NanLater, FailsLater)
+    module.__dict__.update({kind.__name__: kind for kind in kinds})
+    monkeypatch.setitem(sys.modules, "mine", module)
+
+
+@pytest.mark.parametrize("policy", ["fuzzy_expert", "constant:1.0"])
+@pytest.mark.parametrize("scenarios", [*DEFAULT_SETS[::2], *REPLAYS], ids=lambda s: s.name)
+def test_both_engines_give_the_same_rows(scenarios: ScenarioSet, policy: str) -> None:
+    block = Block(policy, scenarios, first=2, episodes=3, seed=7)
+    batched = run_block(block, threads=2)
+    reference = run_block(block._replace(engine="pymunk"))
+    for row, expected in zip(batched, reference, strict=True):
+        assert row.keys() == expected.keys()
+        for name, value in expected.items():
+            near = value if isinstance(value, str) else pytest.approx(value, abs=1e-6, nan_ok=True)
+            assert row[name] == near, name
+
+
+def test_rounds_of_worlds_change_no_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    block = Block("constant:1.0", DEFAULT_SETS[4], first=0, episodes=5, seed=7)
+    whole = run_block(block)
+    monkeypatch.setattr(batch_rollout, "MOST_WORLDS", 2)  # two rounds and a half
+    np.testing.assert_equal(run_block(block), whole)
+
+
+def test_a_policy_gets_its_state_back_and_is_told_where_episodes_start() -> None:
+    config, limit = resolve(DEFAULT_SETS[0])
+    policy = Slower()
+    episodes = list(run_episodes(config, policy, [1, 2, 3], limit=limit, threads=1))
+    assert policy.starts[0] == [True] * 3
+    assert not np.any(policy.starts[1:])
+    for i, (episode, _) in enumerate(episodes):
+        np.testing.assert_allclose(
+            episode.command_mps[1:6], 0.5 * (1.0 - 0.5 * 0.01 * i * np.arange(5)), atol=1e-6
+        )
+
+
+def test_an_episode_ends_where_its_own_world_does() -> None:
+    config, limit = resolve(DEFAULT_SETS[8])
+    runs = run_episodes(config, Constant(1.0), list(range(8)), limit=limit, threads=1)
+    lengths = set()
+    for episode, labels in runs:
+        steps = len(episode.rewards)
+        lengths.add(steps)
+        assert len(episode.time_s) == len(episode.pose) == len(episode.people) == steps + 1
+        np.testing.assert_allclose(np.diff(episode.time_s), 0.1)
+        assert set(labels) == {"scenario_key", "place", "scenario_hash"}
+    assert len(lengths) > 1
+
+
+@pytest.mark.parametrize(
+    ("name", "complaint"),
+    [
+        ("OneAtATime", "failed: ValueError: The truth value"),
+        ("OneAnswer", "answers in shape \\(1,\\)"),
+    ],
+)
+def test_a_policy_that_cannot_act_on_stacks_is_refused_in_a_line_and_runs_on_pymunk(
+    name: str, complaint: str, mine: None
+) -> None:
+    where = {"scenario": "E*", "max_episode_steps": 3}
+    with pytest.raises(InvalidInput, match=f"'mine:{name}' {complaint}.* engine pymunk") as raised:
+        evaluate(f"mine:{name}", "hazbot_gym/Corridor-v0", episodes=2, overrides=where)
+    assert "\n" not in str(raised.value)
+    rows = evaluate(
+        f"mine:{name}", "hazbot_gym/Corridor-v0", episodes=1, overrides=where, engine="pymunk"
+    )
+    assert rows[0]["steps"] == 3
+
+
+@pytest.mark.parametrize("action_type", ["continuous", "discrete"])
+@pytest.mark.parametrize("engine", ["batched", "pymunk"])
+@pytest.mark.parametrize(
+    ("name", "complaint"),
+    [
+        ("NanLater", "'mine:NanLater' answers nan, allowed is -1 <= action <= 1"),
+        (
+            "FailsLater",
+            "predict of 'mine:FailsLater' failed: KeyError: 1 .*line .* of .*test_batch",
+        ),
+    ],
+)
+def test_a_policy_of_the_user_that_fails_in_an_episode_is_one_line(
+    name: str, complaint: str, engine: str, action_type: str, mine: None
+) -> None:
+    where = {"scenario": "E*", "action_type": action_type}
+    with pytest.raises(InvalidInput, match=complaint) as raised:
+        evaluate(
+            f"mine:{name}", "hazbot_gym/Corridor-v0", episodes=2, overrides=where, engine=engine
+        )
+    assert len(str(raised.value).splitlines()) == 1

@@ -1,0 +1,250 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hazbot_gym.evaluation.episode import Episode
+from hazbot_gym.evaluation.metrics import (
+    SsmThresholds,
+    clearances,
+    distances,
+    measure,
+    protective_distance,
+)
+
+R, R_I = 0.3, 0.2  # radii of robot and person [m]
+SSM = SsmThresholds()
+
+
+def episode(**changes: object) -> Episode:
+    """Four decisions of 0.1 s at 0.5 m/s along x, one person 2 m ahead of the start, standing."""
+    time = np.arange(5) * 0.1
+    x = 0.5 * time
+    person = np.array([2.0, 0.0, 0.0, 0.0, R_I])
+    plain = Episode(
+        time_s=time,
+        pose=np.column_stack([x, 0 * x, 0 * x]),
+        speed_mps=np.full(5, 0.5),
+        command_mps=np.full(5, 0.5),
+        pose_error=np.zeros((5, 3)),
+        people=np.tile(person, (5, 1, 1)),
+        people_alone=np.full((5, 1, 2), np.nan),
+        rewards=np.array([1.0, 2.0, 3.0, -1.0]),
+        reward_terms={"progress": np.array([1.0, 1.0, 0.5, 0.0])},
+        costs=np.array([0.0, 0.1, 0.2, 0.0]),
+        outcome="arrived",
+        contact_caused_by="",
+        contact_speed_mps=float("nan"),
+        time_free_s=0.2,
+        horizon_s=2.0,
+        robot_radius_m=R,
+    )
+    changed: Episode = plain._replace(**changes)
+    return changed._replace(people_alone=np.full((*changed.people.shape[:2], 2), np.nan))
+
+
+def test_clearance_is_centre_distance_less_both_radii() -> None:
+    np.testing.assert_allclose(distances(episode())[:, 0], [2.0, 1.95, 1.9, 1.85, 1.8])
+    np.testing.assert_allclose(
+        clearances(episode(), distances(episode()))[:, 0], [1.5, 1.45, 1.4, 1.35, 1.3]
+    )
+
+
+def test_an_absent_person_is_infinitely_far() -> None:
+    nobody = episode(people=np.full((5, 2, 5), np.nan))
+    assert np.isinf(clearances(nobody, distances(nobody))).all()
+    row = measure(nobody, SSM)
+    assert row["clearance_min_m"] == np.inf
+    assert row["intrusion_m_s"] == row["kinetic_intrusion_m2"] == row["ssm_violation"] == 0.0
+
+
+def test_an_episode_without_anybody_measures_like_one_with_absent_people() -> None:
+    empty = measure(episode(people=np.zeros((5, 0, 5))), SSM)
+    assert empty == pytest.approx(
+        measure(episode(people=np.full((5, 2, 5), np.nan)), SSM), nan_ok=True
+    )
+
+
+def test_protective_distance_agrees_with_the_sum_worked_out_by_hand() -> None:
+    # v = 0.5: 1.6 * (0.1 + 0.5) + 0.5 * 0.1 + 0.25 / 2 + 0.45 + 0.1
+    assert protective_distance(np.array(0.5), SSM) == pytest.approx(1.685)
+
+
+def test_protective_distance_inverts_to_the_published_speed_limits() -> None:
+    # v_max(c) of the closed-form inverse at clearances 1.2, 2.0 and 3.6 m, to two decimals.
+    speeds = np.array([0.27, 0.64, 1.24])
+    np.testing.assert_allclose(protective_distance(speeds, SSM), [1.2, 2.0, 3.6], atol=0.015)
+
+
+def test_ssm_violation_is_the_share_of_moving_steps_that_are_too_near() -> None:
+    speed = np.array([0.5, 0.5, 0.0, 0.5, 0.5])  # stands at the second decision
+    people = episode().people.copy()
+    people[3, 0, 0] = 10.0  # far away at the third decision only
+    row = measure(episode(speed_mps=speed, people=people), SSM)
+    assert row["ssm_violation"] == pytest.approx(2 / 3)
+    # Clearances 1.45 and 1.3 against 1.685; the far step falls short by nothing.
+    assert row["ssm_shortfall_m"] == pytest.approx((0.235 + 0.0 + 0.385) / 3)
+
+
+def test_a_robot_that_never_moves_violates_no_separation() -> None:
+    row = measure(episode(speed_mps=np.full(5, 0.04)), SSM)
+    assert (row["ssm_violation"], row["ssm_shortfall_m"]) == (0.0, 0.0)
+
+
+def test_intrusion_integrates_depth_over_time_and_people() -> None:
+    two = np.tile(np.array([[1.5, 0, 0, 0, R_I], [-1.5, 0, 0, 0, R_I]]), (5, 1, 1))
+    standing = episode(pose=np.zeros((5, 3)), people=two, speed_mps=np.full(5, 0.25))
+    row = measure(standing, SSM)
+    assert row["intrusion_m_s"] == pytest.approx(2 * 0.2 * 0.4)  # both at clearance 1.0 for 0.4 s
+    assert row["kinetic_intrusion_m2"] == pytest.approx(2 * 0.2 * 0.4 * 0.25)
+
+
+def test_waiting_beside_a_person_intrudes_but_not_kinetically() -> None:
+    near = np.tile(np.array([0.8, 0, 0, 0, R_I]), (5, 1, 1))
+    row = measure(episode(pose=np.zeros((5, 3)), people=near, speed_mps=np.zeros(5)), SSM)
+    assert row["intrusion_m_s"] == pytest.approx(0.9 * 0.4)
+    assert row["kinetic_intrusion_m2"] == 0.0
+
+
+def test_constant_speed_has_neither_acceleration_nor_jerk() -> None:
+    row = measure(episode(), SSM)
+    assert row["rms_acceleration_mps2"] == pytest.approx(0.0)
+    assert row["rms_jerk_mps3"] == pytest.approx(0.0)
+
+
+def test_jerk_of_a_sawtooth_speed_is_worked_out_by_hand() -> None:
+    row = measure(episode(speed_mps=np.array([0.0, 0.1, 0.0, 0.1, 0.0])), SSM)
+    assert row["rms_acceleration_mps2"] == pytest.approx(1.0)  # +1, -1, +1, -1
+    assert row["rms_jerk_mps3"] == pytest.approx(20.0)  # -20, +20, -20
+
+
+def test_cross_track_error_is_the_lateral_part_in_the_frame_of_the_path() -> None:
+    # The robot is 0.1 m left of its path and heads 90 degrees to the left: that is x_e = 0.1.
+    error = np.tile([0.1, 0.0, np.pi / 2], (5, 1))
+    row = measure(episode(pose_error=error), SSM)
+    assert row["cross_track_rms_m"] == row["cross_track_max_m"] == pytest.approx(0.1)
+    assert row["heading_error_rms_rad"] == pytest.approx(np.pi / 2)
+
+
+def test_lagging_behind_on_the_path_is_no_cross_track_error() -> None:
+    row = measure(episode(pose_error=np.tile([-0.3, 0.0, 0.0], (5, 1))), SSM)
+    assert row["cross_track_max_m"] == 0.0
+
+
+def test_an_arrival_is_timed_against_the_free_time() -> None:
+    row = measure(episode(), SSM)
+    assert (row["arrived"], row["timeout"]) == (1, 0)
+    assert row["time_s"] == pytest.approx(0.4)
+    assert row["time_ratio"] == pytest.approx(2.0)
+    assert row["stl"] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("outcome", ["timeout", "contact_person", "contact_wall"])
+def test_whoever_does_not_arrive_takes_the_whole_horizon(outcome: str) -> None:
+    row = measure(episode(outcome=outcome), SSM)
+    assert row["time_ratio"] == pytest.approx(10.0)
+    assert row["stl"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("outcome", "cause", "column"),
+    [
+        ("contact_person", "robot", "contact_robot_caused"),
+        ("contact_person", "person", "contact_person_caused"),
+        ("contact_wall", "robot", "contact_wall"),
+        ("timeout", "", "timeout"),
+        ("arrived", "", "arrived"),
+    ],
+)
+def test_every_outcome_counts_in_exactly_one_column(outcome: str, cause: str, column: str) -> None:
+    row = measure(episode(outcome=outcome, contact_caused_by=cause), SSM)
+    columns = (
+        "arrived",
+        "timeout",
+        "contact_robot_caused",
+        "contact_person_caused",
+        "contact_wall",
+    )
+    assert {name for name in columns if row[name]} == {column}
+
+
+def test_a_robot_that_stood_before_the_contact_was_passive() -> None:
+    contact = episode(outcome="contact_person", contact_caused_by="person", contact_speed_mps=1.2)
+    stood = contact._replace(speed_mps=np.array([0.5, 0.3, 0.1, 0.0, 0.2]))  # pushed at the end
+    assert measure(stood, SSM)["contact_passive"] == 1.0
+    assert measure(contact, SSM)["contact_passive"] == 0.0
+    assert measure(contact, SSM)["contact_speed_mps"] == 1.2
+    assert np.isnan(measure(episode(), SSM)["contact_passive"])
+
+
+def test_return_and_reward_terms_are_plain_sums() -> None:
+    row = measure(episode(), SSM)
+    assert row["return"] == 5.0
+    assert row["reward_progress"] == 2.5
+    assert row["cost"] == pytest.approx(0.3)
+
+
+def test_mirrored_worlds_measure_the_same() -> None:
+    people = episode().people.copy()
+    people[..., 1] = 0.7
+    mirrored = people.copy()
+    mirrored[..., [1, 3]] *= -1
+    error = np.tile([0.02, 0.05, 0.1], (5, 1))
+    one = measure(episode(people=people, pose_error=error), SSM)
+    other = measure(episode(people=mirrored, pose_error=error * [1, -1, -1]), SSM)
+    assert one == pytest.approx(other, nan_ok=True)
+
+
+def test_a_profile_names_the_thresholds_that_a_row_was_measured_with() -> None:
+    assert measure(episode(), SSM)["ssm_profile"] == SsmThresholds().profile()
+    assert SsmThresholds(braking_mps2=0.5).profile() != SSM.profile()
+
+
+def test_one_decision_is_enough_to_measure() -> None:
+    plain = episode()
+    short = plain._replace(
+        **{
+            name: getattr(plain, name)[:2]
+            for name in ("time_s", "pose", "speed_mps", "command_mps", "pose_error", "people")
+        },
+        rewards=np.ones(1),
+        reward_terms={},
+        costs=np.zeros(1),
+    )
+    row = measure(short, SSM)
+    assert row["rms_jerk_mps3"] == 0.0
+    assert row["time_s"] == pytest.approx(0.1)
+
+
+def test_standing_is_needless_while_nobody_is_near_or_coming() -> None:
+    speed = np.array([0.5, 0.0, 0.0, 0.5, 0.2])
+    near = measure(episode(speed_mps=speed), SSM)  # somebody stands 2 m ahead
+    assert near["stalled_s"] == pytest.approx(0.2)
+    assert near["stalled_needlessly_s"] == 0.0
+    far = episode().people + np.array([8.0, 0.0, 0.0, 0.0, 0.0])
+    assert measure(episode(speed_mps=speed, people=far), SSM)[
+        "stalled_needlessly_s"
+    ] == pytest.approx(0.2)
+    coming = far + np.array([0.0, 0.0, -2.5, 0.0, 0.0])  # 9.5 m away, in less than 5 s here
+    assert measure(episode(speed_mps=speed, people=coming), SSM)["stalled_needlessly_s"] == 0.0
+    assert near["mean_speed_mps"] == pytest.approx(0.7 / 4)
+    assert near["inspected_share"] == pytest.approx(0.2 / 0.7)
+
+
+def test_changes_of_mind_and_hard_brakes_are_counted_once_each() -> None:
+    # Accelerations -5, 0, +5, -1 m/s^2: two changes of sign; hard brakes at the first and the last.
+    row = measure(episode(speed_mps=np.array([0.5, 0.0, 0.0, 0.5, 0.4])), SSM)
+    assert row["reversals_per_min"] == pytest.approx(2 * 60 / 0.4)
+    assert row["hard_brakes_per_100m"] == pytest.approx(2 * 100 / 0.09)
+
+
+def test_energy_is_that_of_rolling_and_of_changes_of_speed() -> None:
+    rolling = measure(episode(), SSM)["energy_jpm"]
+    assert rolling == pytest.approx(34.0 * 0.015 * 9.81)
+    row = measure(episode(speed_mps=np.array([0.0, 0.1, 0.1, 0.1, 0.1])), SSM)
+    assert row["energy_jpm"] == pytest.approx(rolling + 34.0 * 1.0 * 0.1 * 0.1 / 0.04)
+
+
+def test_energy_of_a_contact_is_that_of_the_robot_at_its_relative_speed() -> None:
+    touched = episode(outcome="contact_person", contact_speed_mps=1.5)
+    assert measure(touched, SSM)["contact_energy_j"] == pytest.approx(0.5 * 34.0 * 1.5**2)

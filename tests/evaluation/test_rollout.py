@@ -1,0 +1,261 @@
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hazbot_gym.core.state import PERSON
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.evaluation.episode import RADIUS, VX, X
+from hazbot_gym.evaluation.rollout import (
+    Block,
+    _people,
+    environment_ids,
+    episode_seed,
+    evaluate,
+    make_env,
+    run_block,
+    run_episode,
+    scenario_set,
+)
+from hazbot_gym.evaluation.scenario_set import DEFAULT_SETS, ScenarioSet
+from hazbot_gym.policies.constant import Constant
+
+CROSSING = ScenarioSet(name="Crossing", env="hazbot_gym/Crossing-v0")
+
+
+class Recorder:
+    """A policy that remembers what it was told, to see how policies are called."""
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[Any, Any, bool]] = []
+
+    def predict(
+        self,
+        observation: Any,
+        state: Any = None,
+        episode_start: Any = None,
+        deterministic: bool = True,
+    ) -> tuple[Any, int]:
+        self.calls.append((state, episode_start.tolist(), deterministic))
+        return np.ones(1, dtype=np.float32), len(self.calls)
+
+
+def test_an_episode_is_recorded_from_start_to_end() -> None:
+    env = make_env(CROSSING)
+    episode, labels = run_episode(env, Constant(1.0), seed=1)
+    instants = len(episode.time_s)
+    assert episode.time_s[0] == 0.0
+    np.testing.assert_allclose(np.diff(episode.time_s), 0.1)
+    assert episode.pose.shape == episode.pose_error.shape == (instants, 3)
+    assert len(episode.rewards) == len(episode.costs) == instants - 1
+    assert {len(values) for values in episode.reward_terms.values()} == {instants - 1}
+    assert episode.people.shape[::2] == (instants, 5)
+    assert episode.outcome in ("arrived", "contact_person", "contact_wall", "timeout")
+    assert labels["scenario_key"]
+    assert labels["place"]
+
+
+def test_without_people_full_speed_takes_the_free_time() -> None:
+    nobody = {"people": {"count": [0, 0]}}
+    (row,) = evaluate("constant:1.0", "hazbot_gym/Corridor-v0", episodes=1, overrides=nobody)
+    assert row["arrived"] == 1
+    assert row["time_ratio"] == pytest.approx(1.0, abs=0.02)
+    assert row["kinetic_intrusion_m2"] == 0.0
+    assert row["cross_track_max_m"] < 0.1
+
+
+@pytest.mark.parametrize("engine", ["batched", "pymunk"])
+def test_a_standing_robot_times_out_at_a_limit_set_from_outside(engine: str) -> None:
+    limit = {"max_episode_steps": 20}
+    (row,) = evaluate(
+        "constant:0.0", "hazbot_gym/Corridor-v0", episodes=1, overrides=limit, engine=engine
+    )
+    assert row["timeout"] == 1
+    assert row["steps"] == 20
+    assert row["time_s"] == pytest.approx(2.0)
+    assert row["time_ratio"] == pytest.approx(2.0 / row["time_free_s"])
+
+
+def test_a_policy_gets_its_state_back_and_is_told_where_an_episode_starts() -> None:
+    recorder = Recorder()
+    run_episode(make_env(CROSSING), recorder, seed=0)
+    assert recorder.calls[:3] == [(None, [True], True), (1, [False], True), (2, [False], True)]
+
+
+@pytest.mark.parametrize("engine", ["batched", "pymunk"])
+def test_rows_do_not_depend_on_how_episodes_are_cut_into_blocks(engine: Any) -> None:
+    block = Block("constant:0.5", CROSSING, first=0, episodes=3, seed=5, engine=engine)
+    whole = run_block(block, threads=2)
+    first = run_block(block._replace(episodes=1))
+    rest = run_block(block._replace(first=1, episodes=2))
+    np.testing.assert_equal(first + rest, whole)
+
+
+def test_all_policies_meet_the_same_scenarios() -> None:
+    slow, fast = (
+        run_block(Block(policy, CROSSING, first=0, episodes=2, seed=5))
+        for policy in ("constant:0.25", "constant:1.0")
+    )
+    assert [row["scenario_key"] for row in slow] == [row["scenario_key"] for row in fast]
+    assert slow[0]["scenario_key"] != slow[1]["scenario_key"]
+
+
+def test_evaluation_meets_the_scenarios_of_the_study() -> None:
+    for scenarios in (DEFAULT_SETS[0], DEFAULT_SETS[4]):
+        (alone,) = evaluate(
+            "constant", scenarios.env, episodes=1, seed=3, overrides=scenarios.overrides
+        )
+        (within,) = run_block(Block("constant", scenarios, first=0, episodes=1, seed=3))
+        np.testing.assert_equal(alone, within)
+
+
+def test_every_episode_of_every_set_has_a_seed_of_its_own() -> None:
+    seeds = {
+        episode_seed(root, name, index)
+        for root in (0, 1)
+        for name in ("E*", "C*")
+        for index in range(50)
+    }
+    assert len(seeds) == 200
+    assert episode_seed(0, "E*", 3) == episode_seed(0, "E*", 3)
+
+
+@pytest.mark.parametrize("engine", ["batched", "pymunk"])
+def test_levels_are_played_where_an_environment_has_them(engine: str) -> None:
+    (row,) = evaluate(
+        "constant:0.5",
+        "hazbot_gym/Corridor-v0",
+        episodes=1,
+        overrides={"action_type": "discrete", "people": {"count": [0, 0]}},
+        engine=engine,
+    )
+    assert row["time_ratio"] == pytest.approx(2.0, abs=0.1)
+
+
+def test_people_are_stacked_with_gaps_where_they_are_absent() -> None:
+    def someone(*positions: float) -> Any:
+        people = np.zeros(len(positions), PERSON)
+        people["x"], people["vx"], people["radius"] = positions, 1.5, 0.2
+        return people
+
+    def numbers(*persons: int) -> Any:
+        return np.array(persons, np.int64)
+
+    who, stacked = _people(
+        [someone(), someone(1.0, 2.0), someone(3.0)], [numbers(), numbers(4, 7), numbers(7)]
+    )
+    assert who.tolist() == [4, 7]
+    np.testing.assert_array_equal(stacked[..., X], [[np.nan, np.nan], [1.0, 2.0], [np.nan, 3.0]])
+    assert np.nanmax(stacked[..., VX]) == 1.5
+    assert np.isnan(stacked[0, :, RADIUS]).all()
+    assert _people([someone(), someone()], [numbers(), numbers()])[1].shape == (2, 0, 5)
+
+
+@pytest.mark.parametrize("env_id", ["CartPole-v1", "hazbot_gym/Nowhere-v0", "nowhere:Env-v0", "x"])
+def test_an_environment_that_is_not_ours_is_refused_with_those_that_are(env_id: str) -> None:
+    with pytest.raises(InvalidInput, match="hazbot_gym/Corridor-v0") as raised:
+        evaluate("constant", env_id, episodes=1)
+    assert "\n" not in str(raised.value)
+
+
+def test_an_environment_may_be_named_without_its_namespace() -> None:
+    assert scenario_set("Circle-v0") == scenario_set("hazbot_gym/Circle-v0")
+    assert scenario_set("Circle-v0").env == "hazbot_gym/Circle-v0"
+
+
+@pytest.mark.parametrize("engine", ["batched", "pymunk"])
+def test_horizon_that_is_set_is_the_one_that_is_run(engine: str) -> None:
+    longer = {"max_episode_steps": 700, "people": {"count": [0, 0]}}
+    (row,) = evaluate("constant:0.0", "Corridor-v0", episodes=1, overrides=longer, engine=engine)
+
+    assert (row["outcome"], row["steps"]) == ("timeout", 700)
+
+
+@pytest.mark.parametrize("engine", ["batched", "pymunk"])
+@pytest.mark.parametrize("horizon", [0, -5, "abc", 7.5, [20], True, 10**12])
+def test_horizon_that_is_none_is_refused_in_one_line(horizon: Any, engine: str) -> None:
+    with pytest.raises(InvalidInput, match="^max_episode_steps: given .*, input should be"):
+        evaluate(
+            "constant:0.0",
+            "Corridor-v0",
+            episodes=1,
+            overrides={"max_episode_steps": horizon},
+            engine=engine,
+        )
+
+
+@pytest.mark.parametrize("engine", ["batched", "pymunk"])
+@pytest.mark.parametrize("key", ["given", "preset", "render_mode", "num_envs", "id", "threads"])
+def test_override_that_is_no_field_is_refused(key: str, engine: str) -> None:
+    with pytest.raises(InvalidInput, match=f"^{key}: "):
+        evaluate("constant", "Corridor-v0", episodes=1, overrides={key: 1}, engine=engine)
+
+
+def test_all_environments_of_the_default_study_exist() -> None:
+    assert {scenarios.env for scenarios in DEFAULT_SETS} <= set(environment_ids())
+
+
+def test_an_engine_that_is_none_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="engine: given 'steam', allowed are batched, pymunk"):
+        evaluate("constant", "hazbot_gym/Corridor-v0", episodes=1, engine="steam")
+
+
+@pytest.mark.parametrize(("episodes", "seed"), [(0, 0), (1, -1)])
+def test_senseless_numbers_are_refused(episodes: int, seed: int) -> None:
+    with pytest.raises(InvalidInput, match="given"):
+        evaluate("constant", "hazbot_gym/Corridor-v0", episodes=episodes, seed=seed)
+
+
+@pytest.mark.parametrize(
+    ("changed", "named"),
+    [
+        ({"policy": Constant()}, "policy: given Constant"),
+        ({"policy": Constant}, "policy: given <class"),
+        ({"env_id": None}, "env: given None"),
+        ({"episodes": "3"}, "episodes: given '3'"),
+        ({"episodes": 2.5}, "episodes: given 2.5"),
+        ({"episodes": 10**30}, "1 to 1,000,000"),
+        ({"seed": None}, "seed: given None"),
+        ({"overrides": ["tier=sonar"]}, "overrides: given \\['tier=sonar'\\]"),
+        ({"overrides": {3: 1}}, "overrides: given {3: 1}"),
+    ],
+)
+def test_arguments_of_another_type_are_one_line(changed: dict[str, Any], named: str) -> None:
+    usual = {"policy": "constant", "env_id": "hazbot_gym/Corridor-v0", "episodes": 1}
+    with pytest.raises(InvalidInput, match=named) as error:
+        evaluate(**(usual | changed))  # type: ignore[arg-type]
+    assert "\n" not in str(error.value)
+
+
+class Answers:
+    """A policy that answers the same to everything."""
+
+    def __init__(self, answer: Any) -> None:
+        self.answer = answer
+
+    def predict(self, *_: Any, **__: Any) -> Any:
+        return self.answer
+
+
+@pytest.mark.parametrize(
+    ("env", "policy", "seed", "named"),
+    [
+        ("hazbot_gym/Corridor-v0", Constant(), 0, "env: given 'hazbot_gym/Corridor-v0'"),
+        (None, "constant", 0, "policy: given 'constant'"),
+        (None, Constant, 0, "policy: given <class"),
+        (None, Constant(), -1, "seed: given -1"),
+        (None, Constant(), "a", "seed: given 'a'"),
+        (None, Answers(np.ones(1)), 0, "policy: predict returns ndarray"),
+        (None, Answers(None), 0, "policy: predict returns NoneType"),
+        (None, Answers((1.0, None, 2)), 0, "policy: predict returns 3 values"),
+        (None, Answers((np.ones((1, 1)), None)), 0, "action: given an array of shape"),
+    ],
+)
+def test_small_mistakes_in_an_episode_are_one_line(
+    env: Any, policy: Any, seed: Any, named: str
+) -> None:
+    with pytest.raises(InvalidInput, match=named) as error:
+        run_episode(env or make_env(scenario_set("hazbot_gym/Corridor-v0")), policy, seed)
+    assert "\n" not in str(error.value)

@@ -1,0 +1,161 @@
+"""The page in a real browser: whatever can be clicked is clicked, and nothing may complain."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hazbot_gym.study.report import maps
+from hazbot_gym.study.report import page as report
+
+HELPERS = """
+const wait = (ms) => new Promise((done) => setTimeout(done, ms));
+const player = document.getElementById("player");
+const play = document.getElementById("play");
+const choose = (select, value) => {
+  select.value = value;
+  select.dispatchEvent(new Event("change"));
+};
+const state = () => ({
+  time: parseFloat(document.getElementById("clock").textContent),
+  pictures: [...player.querySelectorAll("canvas")].map((canvas) => canvas.toDataURL()),
+});
+const traces = (plot) => document.querySelectorAll(`[data-plot="${plot}"] .trace`).length;
+"""
+
+
+def run(browser: Any, script: str) -> Any:
+    """Run a script on the page, which may use the names of ``HELPERS``."""
+    return browser.run(HELPERS + script)
+
+
+@pytest.fixture(scope="module")
+def page(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("browser") / "report.html"
+    path.write_text(report.make_page(report.read(finished)), encoding="utf-8")
+    return path
+
+
+def test_a_complaint_is_heard(browser: Any, tmp_path: Path) -> None:
+    broken = tmp_path / "broken.html"
+    broken.write_text("<script>console.error('first'); nowhere();</script>")
+    browser.open(broken, 1280, 900)
+    assert "first" in browser.complaints[0]
+    assert "nowhere is not defined" in browser.complaints[1]
+
+
+def test_a_replay_plays_and_pauses(browser: Any, page: Path) -> None:
+    browser.open(page, 1280, 900)
+    before, after, paused = run(
+        browser,
+        """
+        while (player.hidden) await wait(20);
+        const states = [state()];
+        choose(document.getElementById("rate"), "10");
+        play.click();
+        while (state().time < 3) await wait(20);
+        play.click();
+        states.push(state());
+        await wait(200);
+        return [...states, state()];
+    """,
+    )
+    assert before["time"] == 0.0
+    assert after["time"] >= 3.0
+    assert len(before["pictures"]) == 3
+    assert not set(before["pictures"]) & set(after["pictures"])
+    assert paused == after
+    assert browser.complaints == []
+
+
+def test_scrubbing_to_the_end_shows_how_it_ended(browser: Any, page: Path) -> None:
+    browser.open(page, 1280, 900)
+    ends = run(
+        browser,
+        """
+        while (player.hidden) await wait(20);
+        const scrub = document.getElementById("scrub");
+        scrub.value = scrub.max;
+        scrub.dispatchEvent(new Event("input"));
+        return [...player.querySelectorAll(".end")].map((end) => end.textContent);
+    """,
+    )
+    assert len(ends) == 2
+    assert all(re.search(r" at \d+\.\d s$", end) for end in ends)
+    assert browser.complaints == []
+
+
+def test_every_choice_can_be_made_and_holds_for_the_whole_page(browser: Any, page: Path) -> None:
+    browser.open(page, 1280, 900)
+    sets = run(
+        browser,
+        """
+        while (player.hidden) await wait(20);
+        const selects = [...document.querySelectorAll("select:not(#rate)")];
+        for (const select of selects) {
+          for (const option of [...select.options]) choose(select, option.value);
+        }
+        await wait(100);
+        return [...document.querySelectorAll("select.set")].map((select) => select.value);
+    """,
+    )
+    assert sets == ["Corridor"] * 4
+    assert browser.complaints == []
+
+
+def test_every_plot_is_drawn_and_the_key_hides_a_policy_in_all(browser: Any, page: Path) -> None:
+    browser.open(page, 1280, 900)
+    before, after = run(
+        browser,
+        """
+        const names = [...document.querySelectorAll(".plot")].map((div) => div.dataset.plot);
+        const counts = () => names.map(traces);
+        const before = counts();
+        document.querySelector(".key button").click();
+        await wait(100);
+        return [before, counts()];
+    """,
+    )
+    assert len(before) == 4  # front, speed in E*, distance, clearance
+    assert all(count >= 4 for count in before)
+    assert after == [count - 1 for count in before]
+    assert browser.complaints == []
+
+
+def test_a_phone_shows_everything_without_scrolling_sideways(browser: Any, page: Path) -> None:
+    browser.open(page, 390, 844)
+    wide, seen, plots = run(
+        browser,
+        """
+        while (player.hidden) await wait(20);
+        const svgs = [...document.querySelectorAll(".plot .main-svg")];
+        return [
+          document.documentElement.scrollWidth,
+          document.documentElement.clientWidth,
+          svgs.map((svg) => svg.getBoundingClientRect().right),
+        ];
+    """,
+    )
+    assert wide == seen <= 390
+    assert max(plots) <= seen
+    assert browser.complaints == []
+
+
+def test_every_person_of_the_gallery_has_the_color_of_an_episode(browser: Any, page: Path) -> None:
+    browser.open(page, 1280, 900)
+    fills, strokes = run(
+        browser,
+        """
+        const styles = (what, property) => [...new Set(
+          [...document.querySelectorAll(`.episode ${what}`)]
+            .map((e) => getComputedStyle(e)[property]),
+        )];
+        return [styles("circle", "fill"), styles("polyline", "stroke")];
+    """,
+    )
+    assert set(fills) == set(strokes)
+    assert 1 < len(fills) <= len(maps.HUES)
+    assert "rgb(0, 0, 0)" not in fills

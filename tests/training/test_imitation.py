@@ -1,0 +1,94 @@
+"""A start from a teacher: what is watched, what is learned, and that it is the same each time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+from hazbot_gym import policies
+from hazbot_gym.envs.vector import CorridorVectorEnv
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.training.config import TrainConfig, load_training
+from hazbot_gym.training.imitation import miss, returns_of
+from hazbot_gym.training.run import train
+
+QUICK: dict[str, Any] = {
+    "worlds": 32,
+    "steps": 32,
+    "overrides": {"max_episode_steps": 100},
+    "options": {"n_steps": 1, "batch_size": 32, "n_epochs": 1, "gamma": 1.0},
+    "learning_rate": 1e-9,  # what is seen is what imitation did
+    "network": {"net_arch": [32], "activation": "relu"},
+    "imitation": {"decisions": 8_000, "epochs": 30, "batch_size": 256},
+    "validation": {"every_steps": 100, "episodes": 2},
+}
+
+
+def quick(**changes: Any) -> TrainConfig:
+    return load_training(None, **{**QUICK, **changes})
+
+
+def test_returns_are_summed_back_from_each_end_and_unknown_after_the_last() -> None:
+    rewards = np.array([[1.0], [2.0], [4.0], [8.0]])
+    ends = np.array([[False], [True], [False], [False]])
+    returns, is_known = returns_of(rewards, ends, gamma=0.5)
+    assert returns[:2, 0].tolist() == [2.0, 2.0]
+    assert is_known[:, 0].tolist() == [True, True, False, False]
+
+
+def test_an_answer_that_is_clipped_to_the_teachers_is_no_miss() -> None:
+    teacher = torch.tensor([[-1.0], [1.0], [-1.0], [0.5]])
+    assert miss(torch.tensor([[-1.7], [1.2], [-1.0], [0.5]]), teacher) == 0.0
+    assert miss(torch.tensor([[1.7], [0.8], [-0.9], [0.5]]), teacher) > 0.0
+
+
+@pytest.mark.parametrize("is_timed", [False, True])
+def test_the_pupil_does_what_the_teacher_does(tmp_path: Path, *, is_timed: bool) -> None:
+    shaping = "free_drive" if is_timed else "none"
+    config = quick(timed_critic=is_timed, shaping=shaping)
+    result = train(config, tmp_path / "run")
+    pupil, teacher = policies.make(f"learned:{result.policy}"), policies.make("fuzzy_expert")
+    envs = CorridorVectorEnv(64, config.environments()[0])
+    observations, _ = envs.reset(seed=5)
+    misses, scale = [], []
+    for _ in range(60):
+        wanted, _ = teacher.predict(observations)
+        misses.append(np.abs(pupil.predict(observations)[0] - wanted).mean())
+        scale.append(np.abs(wanted.mean() - wanted).mean())
+        observations, *_ = envs.step(wanted)
+    assert np.mean(misses) < 0.3 * np.mean(scale)
+
+
+def test_equal_seeds_learn_equally(tmp_path: Path) -> None:
+    weights = [
+        train(quick(seed=seed), tmp_path / name).model.policy.state_dict()
+        for name, seed in (("a", 3), ("b", 3), ("c", 4))
+    ]
+    first = "mlp_extractor.policy_net.0.weight"
+    assert torch.equal(weights[0][first], weights[1][first])
+    assert not torch.equal(weights[0][first], weights[2][first])
+
+
+@pytest.mark.parametrize("change", [{"imitation": {}}, {"timed_critic": True}])
+def test_other_algorithms_refuse_it(change: dict[str, Any]) -> None:
+    with pytest.raises(InvalidInput, match=r"given with algorithm 'sac', allowed (is|are) 'ppo'"):
+        load_training(None, algorithm="sac", **change)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"imitation": {"teacher": "nobody"}}, "policy: "),
+        ({"overrides": {"action_type": "discrete"}}, "imitation: given action_type 'discrete'"),
+    ],
+)
+def test_a_teacher_that_cannot_teach_is_refused_before_anything_is_written(
+    tmp_path: Path, change: dict[str, Any], said: str
+) -> None:
+    with pytest.raises(InvalidInput, match=said):
+        train(quick(**change), tmp_path / "run")
+    assert not (tmp_path / "run").exists() or not any((tmp_path / "run").iterdir())

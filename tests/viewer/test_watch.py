@@ -1,0 +1,264 @@
+"""A policy is watched in a window or saved to a file, and measured as in ``hazbot eval``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import imageio_ffmpeg
+import numpy as np
+import PIL.Image
+import pygame
+import pytest
+
+from hazbot_gym.envs.window import Window
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.evaluation.rollout import evaluate
+from hazbot_gym.viewer import sinks
+from hazbot_gym.viewer.sinks import FilmScreen, LiveScreen, PictureScreen, Stopped
+from hazbot_gym.viewer.watch import Show, save, table, watch_live
+
+CORRIDOR = "hazbot_gym/Corridor-v0"
+# Two seconds that end with the time allowed.
+SHORT = Show(
+    "constant:0.5", CORRIDOR, overrides={"max_episode_steps": 20, "people": {"count": [1, 1]}}
+)
+BLACK = np.zeros((32, 48, 3), np.uint8)
+FAST = 1000.0  # pictures a second
+
+
+def black() -> Any:
+    return BLACK
+
+
+@pytest.fixture(autouse=True)
+def closed_display() -> Iterator[None]:
+    yield
+    pygame.display.quit()
+
+
+@pytest.fixture
+def no_last_stay(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let a window close as soon as its last episode is over."""
+    monkeypatch.setattr(sinks, "LAST_STAYS_S", 0.0)
+
+
+def pixels(path: Path) -> Any:
+    with PIL.Image.open(path) as picture:
+        return np.asarray(picture)
+
+
+def press(*keys: int) -> None:
+    for key in keys:
+        pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=key))
+
+
+# --- on file -------------------------------------------------------------------------------------
+
+
+def test_a_film_plays_as_long_as_the_episode_and_holds_its_end(tmp_path: Path) -> None:
+    (row,) = save(SHORT, tmp_path / "film.mp4")
+
+    frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "film.mp4"))
+    assert row["outcome"] == "timeout"
+    assert frames == 20 + 15  # the last picture stays for 1.5 s
+    assert seconds == pytest.approx(3.5, abs=0.05)
+    assert [path.name for path in tmp_path.iterdir()] == ["film.mp4"]
+
+
+def test_an_animation_moves(tmp_path: Path) -> None:
+    save(SHORT._replace(speed=2.0), tmp_path / "film.gif")
+
+    with PIL.Image.open(tmp_path / "film.gif") as film:
+        assert film.format == "GIF"
+        assert film.info["duration"] == 50
+        assert film.n_frames >= 20
+        first = np.asarray(film.convert("RGB"))
+        film.seek(film.n_frames - 1)
+        assert not np.array_equal(first, np.asarray(film.convert("RGB")))
+
+
+def test_a_picture_is_of_the_end_or_of_a_given_time(tmp_path: Path) -> None:
+    for name, at_s in (("end.png", None), ("also_end.png", 2.0), ("begin.png", 0.0)):
+        save(SHORT, tmp_path / name, at_s=at_s)
+
+    end, also_end, begin = (
+        pixels(tmp_path / name) for name in ("end.png", "also_end.png", "begin.png")
+    )
+    assert end.shape == (544, 960, 3)
+    assert np.array_equal(end, also_end)
+    assert not np.array_equal(end, begin)
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "complaint"),
+    [
+        ("film.avi", {}, r"save: given .*film.avi.*allowed endings are .mp4, .gif, .png"),
+        ("there.png", {}, r"save: given .*there.png.*exists"),
+        ("film.mp4", {"at_s": 1.0}, r"at: given 1.0"),
+        ("new.png", {"at_s": 9.0}, r"at: given 9.0, the episode ended after 2.0 s"),
+        ("there.png/below.png", {}, r"cannot write"),
+    ],
+)
+def test_what_cannot_be_saved_is_refused_and_nothing_is_left(
+    tmp_path: Path, name: str, options: dict[str, Any], complaint: str
+) -> None:
+    (tmp_path / "there.png").write_text("precious")
+
+    with pytest.raises(InvalidInput, match=complaint):
+        save(SHORT, tmp_path / name, **options)
+
+    assert [path.name for path in tmp_path.iterdir()] == ["there.png"]
+    assert (tmp_path / "there.png").read_text() == "precious"
+
+
+def test_a_picture_shows_one_episode(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="episodes: given 2"):
+        save(SHORT._replace(episodes=2), tmp_path / "new.png")
+
+
+def test_a_file_is_replaced_if_asked(tmp_path: Path) -> None:
+    (tmp_path / "there.png").write_text("old")
+
+    save(SHORT, tmp_path / "there.png", is_replacing=True)
+
+    with PIL.Image.open(tmp_path / "there.png") as picture:
+        assert picture.format == "PNG"
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"episodes": 0}, "episodes: given 0"),
+        ({"seed": -1}, "seed: given -1"),
+        ({"speed": 0.0}, "speed: given 0.0"),
+        ({"speed": float("nan")}, "speed: given nan"),
+        ({"policy": "telepathy"}, "telepathy"),
+        ({"env_id": "CartPole-v1"}, "CartPole-v1"),
+    ],
+    ids=str,
+)
+def test_bad_input_is_refused_and_nothing_is_left(
+    tmp_path: Path, change: dict[str, Any], complaint: str
+) -> None:
+    with pytest.raises(InvalidInput, match=complaint):
+        save(SHORT._replace(**change), tmp_path / "film.gif")
+
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_of_a_fast_film_pictures_are_left_out(tmp_path: Path) -> None:
+    screen = FilmScreen(tmp_path / "film", ".gif", 60.0)
+    ramp = BLACK + 5 * np.arange(48, dtype=np.uint8)[:, np.newaxis]
+    for k in range(7):
+        screen.see(lambda k=k: np.roll(ramp, k, axis=1), k / 10, is_last=k == 6)
+    screen.close()
+
+    with PIL.Image.open(tmp_path / "film") as film:
+        assert film.n_frames == 4
+
+
+def test_a_picture_is_painted_once(tmp_path: Path) -> None:
+    painted = []
+    screen = PictureScreen(tmp_path / "picture", 0.2)
+    for k in range(5):
+        screen.see(lambda k=k: painted.append(k) or BLACK, k / 10, is_last=k == 4)
+
+    assert painted == [2]
+
+
+# --- in a window ---------------------------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("no_last_stay")
+def test_what_is_watched_is_what_eval_measures() -> None:
+    show = SHORT._replace(episodes=2, seed=5, speed=100.0)
+
+    rows = watch_live(show)
+
+    measured = evaluate(
+        show.policy, show.env_id, episodes=2, seed=5, overrides=show.overrides, engine="pymunk"
+    )
+    for row, expected in zip(rows, measured, strict=True):
+        for name in ("seed", "outcome", "return", "time_ratio", "kinetic_intrusion_m2"):
+            assert row[name] == expected[name]
+    assert not pygame.display.get_init()
+
+
+@pytest.mark.parametrize(
+    ("event", "is_for_good"),
+    [
+        (pygame.event.Event(pygame.KEYDOWN, key=pygame.K_q), True),
+        (pygame.event.Event(pygame.KEYDOWN, key=pygame.K_ESCAPE), True),
+        (pygame.event.Event(pygame.QUIT), True),
+        (pygame.event.Event(pygame.KEYDOWN, key=pygame.K_r), False),
+    ],
+    ids=["q", "escape", "closed", "r"],
+)
+def test_the_user_ends_it(event: pygame.event.Event, is_for_good: bool) -> None:
+    screen = LiveScreen("test", FAST)
+    screen.see(black, 0.0, is_last=False)
+    pygame.event.post(event)
+
+    with pytest.raises(Stopped) as stopped:
+        screen.see(black, 0.1, is_last=False)
+    assert stopped.value.for_good == is_for_good
+
+
+def test_a_paused_window_waits_for_the_keys(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = LiveScreen("test", FAST)
+    screen.see(black, 0.0, is_last=False)
+    presses = iter([[pygame.K_RIGHT], [], [pygame.K_SPACE]])
+    waits = []
+
+    def wait(window: Window, real: Callable[[Window], None] = Window.wait) -> None:
+        press(*next(presses, []))
+        waits.append(1)
+        real(window)
+
+    press(pygame.K_SPACE)
+    monkeypatch.setattr(Window, "wait", wait)
+    screen.see(black, 0.1, is_last=False)  # space pauses it, the right arrow lets one pass
+    one = len(waits)
+    screen.see(black, 0.2, is_last=False)  # space goes on
+    two = len(waits)
+    screen.see(black, 0.3, is_last=False)
+
+    assert one < two
+    assert len(waits) == two + 1
+    assert next(presses, None) is None
+
+
+def test_the_next_seed_follows_a_restart(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[float] = []
+
+    def see(self: LiveScreen, picture: Any, time_s: float, *, is_last: bool) -> None:
+        seen.append(time_s)
+        if len(seen) == 4:
+            raise Stopped(for_good=False)
+
+    monkeypatch.setattr(LiveScreen, "see", see)
+    seeds = [row["seed"] for row in evaluate("constant:0.5", CORRIDOR, episodes=2)]
+
+    (row,) = watch_live(SHORT)
+
+    assert row["seed"] == seeds[1]
+    assert seen[:5] == [0.0, 0.1, 0.2, 0.3, 0.0]
+
+
+@pytest.mark.usefixtures("no_last_stay")
+def test_the_table_has_a_line_for_each_episode() -> None:
+    rows = watch_live(SHORT._replace(episodes=2, speed=100.0))
+
+    result = table(rows)
+
+    assert [str(column.header) for column in result.columns] == [
+        "seed",
+        "outcome",
+        "time_s",
+        "return",
+        "time_ratio",
+        "kinetic_intrusion_m2",
+    ]
+    assert result.row_count == 2
