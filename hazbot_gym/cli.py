@@ -265,7 +265,7 @@ def evaluate(
     allow_pickle: AllowPickle = False,
 ) -> None:
     """Evaluate one policy in one environment."""
-    from hazbot_gym.evaluation import rollout
+    from hazbot_gym.evaluation import metrics, rollout
     from hazbot_gym.study import summary, terminal_tables
 
     overrides = _overrides(change, scenario)
@@ -280,7 +280,7 @@ def evaluate(
     )
     if as_json:
         head = {"policy": policy, "env": env, "episodes": episodes, "seed": seed}
-        typer.echo(json.dumps({**head, "metrics": summary.means(rows)}, allow_nan=False))
+        typer.echo(json.dumps({**head, "metrics": metrics.means(rows)}, allow_nan=False))
     else:
         result = summary.summarise_one(rows, seed=seed)
         terminal.output_console().print(

@@ -46,8 +46,8 @@ def test_a_command_that_is_asked_to_end_ends_in_order() -> None:
     code = (
         "import os, signal\n"
         "from hazbot_gym import cli\n"
-        "from hazbot_gym.study import comparison\n"
-        "comparison.run_study = lambda *_, **__: os.kill(os.getpid(), signal.SIGTERM)\n"
+        "from hazbot_gym.study import run\n"
+        "run.run_study = lambda *_, **__: os.kill(os.getpid(), signal.SIGTERM)\n"
         "cli.main()\n"
     )
     command = [sys.executable, "-c", code, "study", "--no-report"]

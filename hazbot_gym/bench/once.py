@@ -25,7 +25,7 @@ MIXED = next(scenarios for scenarios in DEFAULT_SETS if scenarios.name == "Corri
 FIRST_EPISODE = """
 import time
 start = time.perf_counter()
-from hazbot_gym.study import rollout
+from hazbot_gym.evaluation import rollout
 rollout.evaluate("fuzzy_expert", "hazbot_gym/Corridor-v0", episodes=2, engine={engine!r})
 print(time.perf_counter() - start)
 """
