@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: study study-full paper test check bench setup
+.PHONY: study study-full paper test check bench docs setup
 .DEFAULT_GOAL := study
 
 study: setup  ## run the main job; options in ARGS, e.g. make study ARGS="--tracks DIR"
@@ -25,6 +25,10 @@ check: setup  ## lint, formatting, types
 
 bench: setup  ## steps per second, beside Gymnasium's CartPole
 	$(BIN)/hazbot bench $(ARGS)
+
+docs: setup  ## build the documentation site into docs/_build/html; a warning is an error
+	$(BIN)/python -m sphinx -W --keep-going -q -b html -d docs/_build/doctrees docs docs/_build/html
+	@echo "Documentation: docs/_build/html/index.html"
 
 setup: $(READY)
 

@@ -1,0 +1,84 @@
+"""A short animation of each environment, drawn by the package's own renderer at build time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+from PIL import Image
+from sphinx.application import Sphinx
+from sphinx.util import logging
+
+import hazbot_gym
+from hazbot_gym.envs.registration import ENVIRONMENTS, full_id
+
+FOLDER = "_animations"
+SEEDS = {"Corridor-v0": 3, "Intersection-v0": 47, "Doorway-v0": 33, "Aisle-v0": 9, "Circle-v0": 12}
+SEED = 3  # of environments that are not named above
+BEFORE, AFTER = 60, 36  # decisions around the one at which a person is nearest
+EVERY, SHOWN_MS = 2, 100  # decisions a picture, and how long it is shown: twice real time
+WIDTH_PX = 560
+
+
+def drive(env: Any, seed: int, decisions: range | None = None) -> Iterator[float | Image.Image]:
+    """Yield the distance to the nearest person after each decision, or some pictures."""
+    expert = hazbot_gym.make_policy("fuzzy_expert")
+    observation, _ = env.reset(seed=seed)
+    decision, has_ended = 0, False
+    while not has_ended and (decisions is None or decision < decisions.stop):
+        observation, _, terminated, truncated, _ = env.step(expert.predict(observation)[0])
+        has_ended, decision = terminated or truncated, decision + 1
+        if decisions is None:
+            state = env.unwrapped.snapshot()
+            people = state.people
+            yield float(np.hypot(people["x"] - state.x, people["y"] - state.y).min(initial=np.inf))
+        elif decision in decisions:
+            yield Image.fromarray(env.render())
+
+
+def animate(name: str, folder: Path) -> None:
+    """Write NAME.webp, and NAME-still.webp for readers who asked for less motion."""
+    seed = SEEDS.get(name, SEED)
+    env = gymnasium.make(full_id(name), render_mode="rgb_array")
+    nearest = int(np.argmin(list(drive(env, seed))))
+    window = range(max(nearest - BEFORE, 0), nearest + AFTER, EVERY)
+    pictures = [
+        each.resize((WIDTH_PX, round(each.height * WIDTH_PX / each.width)), Image.Resampling.BOX)
+        for each in drive(env, seed, window)
+        if isinstance(each, Image.Image)
+    ]
+    env.close()
+    still = pictures[min(BEFORE // EVERY, len(pictures) - 1)]
+    still.save(folder / f"{name}-still.webp", quality=70)
+    options: dict[str, Any] = {"duration": SHOWN_MS, "loop": 0, "quality": 45, "method": 2}
+    pictures[0].save(folder / f"{name}.webp", save_all=True, append_images=pictures[1:], **options)
+
+
+def html(name: str, sentence: str) -> str:
+    """Return the HTML that shows an animation, or a still picture where motion is unwelcome."""
+    return (
+        f'<picture><source media="(prefers-reduced-motion: reduce)" srcset="{FOLDER}/{name}-still.'
+        f'webp"><img class="animation" loading="lazy" src="{FOLDER}/{name}.webp" '
+        f'alt="{name}: {sentence}"></picture>'
+    )
+
+
+def draw(app: Sphinx, _: Exception | None = None) -> None:
+    """Draw what an earlier build with the same version did not."""
+    if app.builder.format != "html":
+        return
+    folder = Path(app.outdir) / FOLDER
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in ENVIRONMENTS:
+        if not (folder / f"{name}.webp").exists():
+            logging.getLogger(__name__).info("drawing %s", name)
+            animate(name, folder)
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Draw when a build begins."""
+    app.connect("builder-inited", draw)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

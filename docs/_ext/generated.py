@@ -1,0 +1,228 @@
+"""Parts of pages that the package itself writes, so that no page can lag behind the code.
+
+A line ``<!-- made: NAME ARGUMENT... -->`` of a page is replaced by what ``MAKERS[NAME]`` returns.
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import inspect
+import io
+import re
+import textwrap
+import tokenize
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import animations
+import typer
+from sphinx.application import Sphinx
+
+from hazbot_gym.cli import app as commands
+from hazbot_gym.config import SCENARIOS, Config, RewardWeights
+from hazbot_gym.envs.corridor import CorridorEnv
+from hazbot_gym.envs.registration import ENVIRONMENTS, full_id
+from hazbot_gym.policies.base import REGISTER
+from hazbot_gym.task import reward
+from hazbot_gym.task.observation import markdown_table
+
+LINE = re.compile(r"<!-- made: (\w+)((?: [\w.:]+)*) -->")
+
+
+def environment_gallery() -> str:
+    """Return a card for each registered id."""
+    cards = [
+        f"::::{{grid-item-card}} {name}\n:link: {_anchor(name)}\n:link-type: ref\n\n"
+        f"{animations.html(name, sentence)}\n\n:::{{card-footer}}\n{sentence}\n:::\n::::\n"
+        for name, (sentence, _) in ENVIRONMENTS.items()
+    ]
+    return ":::::{grid} 1 1 2 2\n:gutter: 3\n\n" + "\n".join(cards) + "\n:::::"
+
+
+def environment_sections() -> str:
+    """Return a section for each registered id: its sentence, and in what it differs."""
+    sections = []
+    for name, (sentence, preset) in ENVIRONMENTS.items():
+        config = hazbot_config(preset)
+        rows = [
+            ("place", f"`{config.place}`"),
+            ("people", f"`{config.people.model}`, {_count(config)}"),
+            ("walking pattern of the first person", f"`{config.people.family}`"),
+            ("horizon", f"{config.max_episode_steps} decisions of {config.clock.decision_s:g} s"),
+        ]
+        table = "\n".join(f"| {what} | {value} |" for what, value in rows)
+        sections.append(
+            f"({_anchor(name)})=\n### {name}\n\n{sentence}\n\n| | |\n|---|---|\n{table}\n\n"
+            f'```python\nenv = gymnasium.make("{full_id(name)}")\n```\n'
+        )
+    return "\n".join(sections)
+
+
+def hazbot_config(preset: Mapping[str, Any]) -> Config:
+    """Return the config of a preset."""
+    from hazbot_gym.config import make_config
+
+    return make_config(preset=preset)
+
+
+def _count(config: Config) -> str:
+    low, high = config.people.count
+    return f"{low} to {high}" if low != high else str(low)
+
+
+def _anchor(name: str) -> str:
+    return f"env-{name.lower()}"
+
+
+def environment_text(*titles: str) -> str:
+    """Return sections of the docstring of the environment's class, by the words of their titles."""
+    text = inspect.cleandoc(CorridorEnv.__doc__ or "")
+    text = text.replace("{observation_table}", "").replace("{{", "{").replace("}}", "}")
+    parts = dict(re.findall(r"^## (.+?)\n+(.*?)(?=^## |\Z)", text, re.DOTALL | re.MULTILINE))
+    return "\n\n".join(parts[title.replace("_", " ")].strip() for title in titles)
+
+
+def observation_table() -> str:
+    """Return the field table of the tiers ``tracks`` and ``privileged``."""
+    return markdown_table("tracks")
+
+
+def reward_table() -> str:
+    """Return the table of the reward's docstring, with the default weights."""
+    rows = re.findall(r"^\| (\w+) \| (.+?) \| (.+) \|$", reward.__doc__ or "", re.MULTILINE)
+    weights = RewardWeights()._asdict()
+    lines = [
+        f"| `{name}` | {where} | {weights[name]:g} | {meaning} |"
+        for name, where, meaning in rows
+        if name in weights
+    ]
+    assert len(lines) == len(weights)
+    return "\n".join(["| term | range | weight | meaning |", "|---|---|---:|---|", *lines])
+
+
+def scenario_list() -> str:
+    """Return the names of the scenarios."""
+    return ", ".join(f"`{name}`" for name in SCENARIOS)
+
+
+def policy_table() -> str:
+    """Return the policies of the library, with their options."""
+    lines = [f"| `{name}` | {entry.description} |" for name, entry in REGISTER.items()]
+    return "\n".join(["| policy | what it does; options |", "|---|---|", *lines])
+
+
+def fields(*classes: str) -> str:
+    """Return tables of the fields of config classes: type, default, and the comment beside each."""
+    return "\n\n".join(_fields_of(each) for each in classes)
+
+
+def _fields_of(path: str) -> str:
+    module_name, _, name = path.partition(":")
+    kind = getattr(importlib.import_module(module_name), name)
+    source = textwrap.dedent(inspect.getsource(kind))
+    tree = ast.parse(source).body[0]
+    assert isinstance(tree, ast.ClassDef)
+    comments = _comments(source)
+    rows = []
+    for item in tree.body:
+        if isinstance(item, ast.AnnAssign) and isinstance(item.target, ast.Name):
+            assert item.end_lineno is not None
+            default = ast.unparse(item.value) if item.value else "required"
+            near = [comments.pop(n, "") for n in range(item.lineno - 1, item.end_lineno + 1)]
+            about = " ".join(filter(None, near))
+            rows.append((item.target.id, _plain_type(item.annotation), default, about))
+    lines = [
+        f"| `{field}` | {_cell(kind_)} | {_cell(default)} | {about.replace('|', chr(92) + '|')} |"
+        for field, kind_, default, about in rows
+    ]
+    head = ["| field | type | default | meaning |", "|---|---|---|---|"]
+    summary = (inspect.getdoc(kind) or "").splitlines()[0]
+    return "\n".join([f"(config-{name.lower()})=", f"### {name}", "", summary, "", *head, *lines])
+
+
+def _comments(source: str) -> dict[int, str]:
+    """Return the comments of a source by line; one on a line of its own counts for the next."""
+    found = {}
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.COMMENT:
+            text = token.string.lstrip("# ").strip()
+            if not text.startswith(("noqa", "type:", "fmt:")):
+                found[token.start[0]] = text
+    return found
+
+
+def _plain_type(annotation: ast.expr) -> str:
+    """Return an annotation without its bounds."""
+    if isinstance(annotation, ast.Subscript) and ast.unparse(annotation.value) == "Annotated":
+        assert isinstance(annotation.slice, ast.Tuple)
+        bounds = [
+            f"{ {'Ge': '>=', 'Gt': '>', 'Le': '<=', 'Lt': '<'}[b.func.id] } {ast.unparse(b.args[0])}"
+            for b in annotation.slice.elts[1:]
+            if isinstance(b, ast.Call)
+            and isinstance(b.func, ast.Name)
+            and b.func.id in ("Ge", "Gt", "Le", "Lt")
+        ]
+        return ", ".join([_plain_type(annotation.slice.elts[0]), *bounds])
+    return ast.unparse(annotation)
+
+
+def _cell(code: str) -> str:
+    """Return code for a cell of a table."""
+    code = code if len(code) <= 60 else f"{code[:57]}..."
+    return f"`{code.replace('|', chr(92) + '|')}`"
+
+
+def command_sections() -> str:
+    """Return a section for each command of ``hazbot``, from its own help."""
+    group = typer.main.get_command(commands)
+    assert hasattr(group, "commands")
+    return "\n\n".join(
+        _command(name, command) for name, command in group.commands.items() if not command.hidden
+    )
+
+
+def _command(name: str, command: Any) -> str:
+    context = command.make_context(name, [], resilient_parsing=True)
+    arguments = [p for p in command.params if p.param_type_name == "argument"]
+    usage = " ".join(
+        ["hazbot", name, *(f"{(p.metavar or p.name).upper()}" for p in arguments), "[OPTIONS]"]
+    )
+    rows = []
+    for param in command.params:
+        if getattr(param, "hidden", False) or param.name == "help":
+            continue
+        record = param.get_help_record(context)
+        if record:
+            what, about = (re.sub(r"\s+", " ", part).replace("|", "\\|") for part in record)
+            rows.append(f"| `{what}` | {about} |")
+    table = ["| option | meaning |", "|---|---|", *rows] if rows else []
+    text = inspect.cleandoc(command.help or "").replace("\f", "")
+    return "\n".join([f"## hazbot {name}", "", f"`{usage}`", "", text, "", *table])
+
+
+MAKERS: dict[str, Callable[..., str]] = {
+    make.__name__: make
+    for make in (
+        environment_gallery,
+        environment_sections,
+        environment_text,
+        observation_table,
+        reward_table,
+        scenario_list,
+        policy_table,
+        fields,
+        command_sections,
+    )
+}
+
+
+def fill(_: Sphinx, __: str, source: list[str]) -> None:
+    """Put in what the package writes."""
+    source[0] = LINE.sub(lambda found: MAKERS[found[1]](*found[2].split()), source[0])
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Fill pages as they are read."""
+    app.connect("source-read", fill)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
