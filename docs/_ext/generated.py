@@ -20,7 +20,7 @@ import typer
 from sphinx.application import Sphinx
 
 from hazbot_gym.cli import app as commands
-from hazbot_gym.config import SCENARIOS, Config, RewardWeights
+from hazbot_gym.config import SCENARIOS, Config, RewardWeights, make_config
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.registration import ENVIRONMENTS, full_id
 from hazbot_gym.policies.base import REGISTER
@@ -28,6 +28,7 @@ from hazbot_gym.task import reward
 from hazbot_gym.task.observation import markdown_table
 
 LINE = re.compile(r"<!-- made: (\w+)((?: [\w.:]+)*) -->")
+BOUNDS = {"Ge": ">=", "Gt": ">", "Le": "<=", "Lt": "<"}  # of annotated types
 
 
 def environment_gallery() -> str:
@@ -61,8 +62,6 @@ def environment_sections() -> str:
 
 def hazbot_config(preset: Mapping[str, Any]) -> Config:
     """Return the config of a preset."""
-    from hazbot_gym.config import make_config
-
     return make_config(preset=preset)
 
 
@@ -157,11 +156,11 @@ def _plain_type(annotation: ast.expr) -> str:
     if isinstance(annotation, ast.Subscript) and ast.unparse(annotation.value) == "Annotated":
         assert isinstance(annotation.slice, ast.Tuple)
         bounds = [
-            f"{ {'Ge': '>=', 'Gt': '>', 'Le': '<=', 'Lt': '<'}[b.func.id] } {ast.unparse(b.args[0])}"
-            for b in annotation.slice.elts[1:]
-            if isinstance(b, ast.Call)
-            and isinstance(b.func, ast.Name)
-            and b.func.id in ("Ge", "Gt", "Le", "Lt")
+            f"{BOUNDS[each.func.id]} {ast.unparse(each.args[0])}"
+            for each in annotation.slice.elts[1:]
+            if isinstance(each, ast.Call)
+            and isinstance(each.func, ast.Name)
+            and each.func.id in BOUNDS
         ]
         return ", ".join([_plain_type(annotation.slice.elts[0]), *bounds])
     return ast.unparse(annotation)
@@ -184,10 +183,12 @@ def command_sections() -> str:
 
 def _command(name: str, command: Any) -> str:
     context = command.make_context(name, [], resilient_parsing=True)
-    arguments = [p for p in command.params if p.param_type_name == "argument"]
-    usage = " ".join(
-        ["hazbot", name, *(f"{(p.metavar or p.name).upper()}" for p in arguments), "[OPTIONS]"]
-    )
+    arguments = [
+        (param.metavar or param.name).upper()
+        for param in command.params
+        if param.param_type_name == "argument"
+    ]
+    usage = " ".join(["hazbot", name, *arguments, "[OPTIONS]"])
     rows = []
     for param in command.params:
         if getattr(param, "hidden", False) or param.name == "help":
