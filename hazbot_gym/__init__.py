@@ -1,7 +1,7 @@
 """hazbot_gym: choose the speed of a gas-inspection robot among people in narrow places.
 
-Importing the package registers its environments with Gymnasium. The names below are imported when
-they are first used, so that nothing heavy is loaded before.
+Importing the package registers its environments with Gymnasium. The names below are imported on
+first use, so that the import is fast.
 """
 
 from __future__ import annotations

@@ -1,29 +1,28 @@
-"""The errors that a user can meet; everything else is a bug and fails loudly."""
+"""Errors and warnings for users; any other exception is a bug."""
 
 import sys
 
 
 class HazbotError(Exception):
-    """Root of all errors that hazbot_gym raises on purpose."""
+    """Base class of all errors that hazbot_gym raises on purpose."""
 
 
 class InvalidInput(HazbotError, ValueError):
-    """A value from outside is not usable.
+    """An input value is not usable.
 
-    The message is one line that names the field, what was given and what is allowed; the command
-    line prints it as it is and exits with code 2.
+    The message is one line that names the field, the given value and the allowed values; the
+    command line prints it and exits with code 2.
     """
 
 
 class UnknownKeyword(InvalidInput, TypeError):
-    """A constructor has no such argument; as Python says it, for callers who try without it."""
+    """Unknown constructor argument; also a TypeError, for callers that retry without it."""
 
 
 class MissingExtra(HazbotError, ImportError):
     """An optional dependency cannot be imported; the message names the ``pip install`` that helps.
 
-    Raised while an ImportError is handled, it tells a package that is not there from one that is
-    broken.
+    Raised while an ImportError is handled, it distinguishes a missing package from a broken one.
     """
 
     def __init__(self, package: str, extra: str) -> None:
@@ -35,8 +34,8 @@ class MissingExtra(HazbotError, ImportError):
 
 
 class DoubtfulRecording(UserWarning):
-    """A recording of people is read, but signs are that its unit, rate or columns are not right."""
+    """A recording of people has a doubtful unit, rate or columns."""
 
 
 class DoubtfulPlace(UserWarning):
-    """A place is read, but its path is narrower or longer than the robot can drive."""
+    """A place has a path that is narrower or longer than the robot can drive."""

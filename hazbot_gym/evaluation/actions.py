@@ -1,4 +1,4 @@
-"""From what a policy answers to what an environment takes."""
+"""Conversion of a policy's actions to an environment's action space."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def ask(
     """Return a policy's most likely action and its next inner state.
 
     Raises:
-        InvalidInput: It answers something else than these two.
+        InvalidInput: The policy returns anything else.
     """
     answer = policy.predict(
         observation, state=state, episode_start=episode_start, deterministic=True
@@ -33,14 +33,14 @@ def ask(
 
 
 def playable(action: npt.NDArray[Any], space: gymnasium.Space[Any]) -> Any:
-    """Return an action that fits one environment's space: the nearest level where it has levels."""
+    """Return an action that fits an environment's space, the nearest level if discrete."""
     if not isinstance(space, gymnasium.spaces.Discrete):
         return action
     return int(levels_of(action, int(space.n))[0])
 
 
 def levels_of(actions: npt.NDArray[Any], levels: int) -> npt.NDArray[np.int64]:
-    """Return the nearest of some levels, numbered from 0, for speeds in [-1, 1]: (N, 1) to (N,).
+    """Return the index of the nearest level for speeds in [-1, 1]: (N, 1) to (N,).
 
     Integers are levels already.
     """

@@ -1,7 +1,7 @@
-"""Many episodes of one policy side by side on the batched engine.
+"""Parallel rollouts of one policy on the batched engine.
 
-The same seeds make the same episodes as ``rollout.run_episode`` on the pymunk engine. All worlds
-start together; one whose episode is over stays where it is until the last one's is.
+Equal seeds give the same episodes as ``rollout.run_episode`` on the pymunk engine. All worlds start
+together; a world whose episode has ended is frozen until all episodes of the batch have ended.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def run_episodes(
         policy: acts on stacked observations.
         seeds: of the resets.
         limit: number of decisions after which an episode is cut off.
-        threads: that step the worlds; no number depends on it.
+        threads: number of threads; results do not depend on it.
     """
     rounds = -(-len(seeds) // max(MOST_WORLDS * LONG // max(limit, LONG), 1))
     size = -(-len(seeds) // rounds)
@@ -64,11 +64,11 @@ def run_episodes(
 
 
 def try_out(config: Config, policies: Mapping[str, Policy]) -> None:
-    """Make an environment, ask each policy about two blank observations, and take a step.
+    """Make an environment, query each policy with two blank observations, and take a step.
 
     Raises:
-        InvalidInput: the environment cannot be made, or a policy cannot act on stacked observations
-            or not on these.
+        InvalidInput: the environment cannot be made, or a policy cannot act on these observations
+            or on stacked ones.
     """
     worlds = CorridorVectorEnv(2, config)
     for name, policy in policies.items():
@@ -116,7 +116,7 @@ def _run_round(
 
 
 def _playable(worlds: CorridorVectorEnv, actions: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Return a policy's actions as the worlds take them."""
+    """Return a policy's actions in the format of the batched engine."""
     space = worlds.single_action_space
     if isinstance(space, gymnasium.spaces.Discrete):
         return levels_of(actions, int(space.n))
@@ -124,10 +124,10 @@ def _playable(worlds: CorridorVectorEnv, actions: npt.NDArray[Any]) -> npt.NDArr
 
 
 class _Log:
-    """What happened in every world at every instant.
+    """Trajectory log of every world at every instant.
 
     Attributes:
-        live: (N,) whose episode is still going on.
+        live: (N,) True while the world's episode is running.
     """
 
     def __init__(self, worlds: CorridorVectorEnv, limit: int) -> None:
@@ -151,7 +151,7 @@ class _Log:
         truncated: npt.NDArray[np.bool_],
         info: dict[str, Any],
     ) -> None:
-        """Note a decision that all live worlds have taken, and which of them are over by it."""
+        """Record one decision of all live worlds, and which episodes it ended."""
         t = len(self._people) - 1
         self._rewards[t], self._costs[t], self._info = rewards, info["cost"], info
         for name in TERMS:
@@ -170,7 +170,7 @@ class _Log:
         self._people.append((*np.nonzero(is_there), columns))
 
     def episodes(self, worlds: CorridorVectorEnv, keys: Sequence[int]) -> Iterator[Episode]:
-        """Yield the record of every world's episode, whose scenario is that of its key."""
+        """Yield the record of each world's episode; ``keys`` are those of the scenarios."""
         counts = [len(world) for world, _, _ in self._people]
         instants = np.repeat(np.arange(len(counts)), counts)
         world, persons, people = (np.concatenate(part) for part in zip(*self._people, strict=True))

@@ -1,7 +1,7 @@
-"""What an episode was like for the people in it: how soon, how near and how hard they were met.
+"""Encounter metrics: proxemics, time to collision, required deceleration, post-encroachment time.
 
-Symbols as in ``metrics.py``; w_i is the velocity of person i relative to the robot. Infinite where
-nobody ever came, or nobody was on course to be met.
+Symbols as in ``metrics.py``; w_i is the velocity of person i relative to the robot. Minima are
+infinite if no person was present or on a collision course.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from hazbot_gym.evaluation.episode import RADIUS, VX, VY, Episode, X, Y
 
 CRITICAL_TTC_S = 1.5  # Hyden 1987
 COMFORTABLE_MPS2 = 1.0  # the drive's own deceleration
-WALKING_MPS = 0.1  # whose median speed is no more does not go anywhere
+WALKING_MPS = 0.1  # median speed below which a person counts as standing
 COMPLIANCE_M = (0.45, 0.5, 1.0, 1.2)  # SocNavGym, Francis et al. 2023, Habitat, Hall
 
 Row = dict[str, float | int | str]
 
 
 def proxemics(d: Floats) -> Row:
-    """Measure how much of the time the nearest person is in each of Hall's zones.
+    """Measure the share of time that the nearest person is in each of Hall's proxemic zones.
 
-    By centre distance d, as HuNavSim does; ``compliance_050`` is the share of the time in which
-    nobody is nearer than 0.50 m, for each of the limits in use.
+    By centre distance d, as in HuNavSim; ``compliance_050`` is the share of time with no person
+    closer than 0.50 m, and likewise for the other limits.
     """
     nearest = d[1:].min(axis=1)
     bounds = (0.0, INTIMATE_M, PERSONAL_M, SOCIAL_M, np.inf)
@@ -46,12 +46,12 @@ def proxemics(d: Floats) -> Row:
 
 
 def encounters(episode: Episode, c: Floats) -> Row:
-    """Measure time to collision, deceleration required, and time between two at a crossing.
+    """Measure time to collision, required deceleration, and post-encroachment time.
 
     ``ttc_min_s``: least time until robot and person touch if both keep their velocities.
     ``ttc_exposed_s``: ``TET = sum dt 1[TTC < 1.5 s]`` (Minderhoud and Bovy 2001).
     ``drac_max_mps2``: ``max u_i^2 / (2 c_i)`` with closing speed u_i >= 0, while clear.
-    ``drac_share``: share of instants with more than the drive brakes by.
+    ``drac_share``: share of instants at which it exceeds the drive's deceleration.
     ``post_encroachment_s``: see ``post_encroachment_s``.
     """
     if episode.people.shape[1] == 0:
@@ -74,7 +74,7 @@ def encounters(episode: Episode, c: Floats) -> Row:
 
 
 def times_to_collision(episode: Episode) -> Floats:
-    """Return the time to collision with everybody (T + 1, K) [s], infinite where nobody is."""
+    """Return the time to collision with each person (T + 1, K) [s], infinite where absent."""
     if episode.people.shape[1] == 0:
         return np.full((len(episode.time_s), 1), np.inf)
     px, py, wx, wy = _relative(episode)
@@ -83,9 +83,9 @@ def times_to_collision(episode: Episode) -> Floats:
 
 
 def post_encroachment_s(episode: Episode) -> float:
-    """Return the least post-encroachment time with anybody who walks; infinite if ways never cross.
+    """Return the least post-encroachment time over walking people; infinite if paths never cross.
 
-    Between one leaving and the other reaching a place: see ``core/post_encroachment.py``.
+    Time between one leaving a place and the other reaching it: ``core/post_encroachment.py``.
     """
     least = np.inf
     for person in np.moveaxis(episode.people, 1, 0):
@@ -101,7 +101,7 @@ def post_encroachment_s(episode: Episode) -> float:
 
 
 def _relative(episode: Episode) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return everybody's position and velocity relative to the robot, each (T + 1, K)."""
+    """Return each person's position and velocity relative to the robot, each (T + 1, K)."""
     heading, v = episode.pose[:, 2:], episode.speed_mps[:, None]
     people = episode.people
     return (
@@ -113,7 +113,7 @@ def _relative(episode: Episode) -> tuple[Floats, Floats, Floats, Floats]:
 
 
 def _required_deceleration(episode: Episode, c: Floats) -> Floats:
-    """Return ``max(u_i, 0)^2 / (2 c_i)`` [m/s^2], (T + 1, K); 0 where nobody is or all touch."""
+    """Return ``max(u_i, 0)^2 / (2 c_i)`` [m/s^2], (T + 1, K); 0 where absent or touching."""
     px, py, wx, wy = _relative(episode)
     with np.errstate(divide="ignore", invalid="ignore"):
         closing = np.maximum(-(px * wx + py * wy) / np.hypot(px, py), 0.0)

@@ -1,4 +1,4 @@
-"""One recorded episode, the same whichever engine ran it."""
+"""Episode record, independent of the engine."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hazbot_gym.task.scenario import Source
 
 # Columns of ``Episode.people``, by the names of the fields of ``core.state.PERSON``.
 PERSON_COLUMNS = ("x", "y", "vx", "vy", "radius")
-# Keys of the last info, which tell how an episode ended.
+# Keys of the last info that describe the end of an episode.
 ENDING = ("outcome", "contact_caused_by", "contact_speed_mps")
 X, Y, VX, VY, RADIUS = range(5)
 
@@ -25,12 +25,12 @@ class Episode(NamedTuple):
         time_s: (T + 1,) simulated time [s].
         pose: (T + 1, 3) x [m], y [m], heading [rad] of the robot.
         speed_mps: (T + 1,) actual speed along the heading [m/s].
-        command_mps: (T + 1,) speed that the policy asked for [m/s].
+        command_mps: (T + 1,) speed commanded by the policy [m/s].
         pose_error: (T + 1, 3) x_e [m], y_e [m], theta_e [rad], actual minus reference, robot frame.
-        people: (T + 1, K, 5) x, y [m], vx, vy [m/s] and radius [m] of everybody, a column for each
-            person; NaN where it is not present.
-        people_alone: (T + 1, K, 2) where the same people would be at the same instants if there
-            were no robot [m]; NaN where they would not be there, or that cannot be told.
+        people: (T + 1, K, 5) x, y [m], vx, vy [m/s] and radius [m] of each person; NaN while
+            absent.
+        people_alone: (T + 1, K, 2) counterfactual positions of the same people without the robot
+            [m]; NaN where absent or unknown.
         rewards: (T,) reward of each decision.
         reward_terms: unweighted terms of the reward, (T,) each.
         costs: (T,) safety cost of each decision.
@@ -61,7 +61,7 @@ class Episode(NamedTuple):
 
 
 def labels_of(source: Source, key: int) -> dict[str, str]:
-    """Return what names the scenario of a key: the key, its place, a hash of what is drawn."""
+    """Return the labels of a scenario: its key, its place, and a hash of all drawn values."""
     scenario = source.draw(key)
     return {
         "scenario_key": str(key),
@@ -81,15 +81,15 @@ def ending(outcome: str, caused_by: str, speed_mps: float) -> dict[str, Any]:
 
 
 def stack_people(instants: Ints, persons: Ints, people: Floats, count: int) -> tuple[Ints, Floats]:
-    """Return who was ever present, (K,) numbers, and ``Episode.people`` (count, K, 5).
+    """Return the numbers (K,) of all people ever present, and ``Episode.people`` (count, K, 5).
 
     Args:
         instants: (M,) instant of each row.
         persons: (M,) number of the person.
-        people: (M, 5) that person then.
+        people: (M, 5) state of that person at that instant.
         count: number of instants.
     """
-    seen, columns = np.unique(persons, return_inverse=True)  # who never comes has no column
+    seen, columns = np.unique(persons, return_inverse=True)  # people never present have no column
     stacked = np.full((count, len(seen), len(PERSON_COLUMNS)), np.nan)
     stacked[instants, columns] = people
     return seen, stacked

@@ -11,7 +11,7 @@ from hazbot_gym.config import Loose
 Engine = Literal["batched", "pymunk"]  # the reference is pymunk; both give the same numbers
 
 
-# Bounds that no study meets: without them a misplaced digit takes a year or all the memory.
+# Bounds beyond any real study: they catch a misplaced digit that would take a year or all memory.
 MOST_EPISODES, MOST_SEED = 1_000_000, 2**64 - 1
 Episodes = Annotated[int, Ge(1), Le(MOST_EPISODES)]
 Steps = Annotated[int, Ge(1), Le(100_000_000_000)]

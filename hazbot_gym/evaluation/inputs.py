@@ -1,9 +1,9 @@
-"""What results depend on beyond code and values: the contents of all files that are read for them.
+"""Digests of all input files that results depend on.
 
-Of an environment these are the files of its place or its recordings, and a ``config`` file. Of a
-policy of the library it is the file of its weights. A policy of one's own is made and asked once in
-a process of its own, which notes all modules outside the installed packages that are imported, and
-all files that Python opens for reading.
+For an environment these are the files of its place or its recordings, and a ``config`` file. For a
+policy of the library it is its weights file. A user's own policy is built and queried once in a
+separate process, which records every imported module outside the installed packages and every file
+that Python opens for reading.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from hazbot_gym.policies.learned import Learned
 from hazbot_gym.task.inputs import input_files
 from hazbot_gym.utils import provenance
 
-COMPILED = (".pyc", ".nbi", ".nbc")  # caches of Python and numba, made of what is noted anyway
+COMPILED = (".pyc", ".nbi", ".nbc")  # caches of Python and numba
 SYSTEM = (Path("/dev"), Path("/proc"), Path("/sys"))
 
 Shape = tuple[int, ...]
 
 
 def of_set(scenarios: ScenarioSet) -> list[Path]:
-    """Return the files that the environment of a set is read from.
+    """Return the input files of a set's environment.
 
     Raises:
         InvalidInput: There is no such environment, or one of the files cannot be used.
@@ -46,12 +46,12 @@ def of_set(scenarios: ScenarioSet) -> list[Path]:
 
 
 def of_policy(spec: str, blanks: Iterable[Shape], allowed: Permissions = NO_CODE) -> list[Path]:
-    """Return the files that a policy is read from.
+    """Return the input files of a policy.
 
     Args:
-        spec: What ``policies.base.make`` takes.
-        blanks: Shapes of observations that it can be asked about.
-        allowed: What it may run.
+        spec: Argument of ``policies.base.make``.
+        blanks: Shapes of observations to query it with.
+        allowed: Permissions of the policy, such as unpickling.
     """
     if spec.partition(":")[0] in REGISTER:
         policy = make_policy(spec, **allowed._asdict())
@@ -59,7 +59,7 @@ def of_policy(spec: str, blanks: Iterable[Shape], allowed: Permissions = NO_CODE
             return []
         if policy.path.suffix != ".zip":  # whose pickles import modules
             return [policy.path]
-    with processes(1) as pool:  # in which nothing is imported yet
+    with processes(1) as pool:  # a fresh process, with nothing imported yet
         return [Path(name) for name in pool.submit(_noted, (spec, allowed, *blanks)).result()]
 
 
@@ -71,7 +71,7 @@ def digests(paths: Iterable[Path]) -> dict[str, str]:
 def changed(before: Mapping[str, str], now: Mapping[str, str]) -> str | None:
     """Return the first file that was edited, added or removed, of two ``digests``; else None.
 
-    The folder that they are all in may have been moved.
+    Moving their common parent folder does not count as a change.
     """
     new, old = _within(now), _within(before)
     for each, other in ((new, old), (old, new)):
@@ -82,19 +82,19 @@ def changed(before: Mapping[str, str], now: Mapping[str, str]) -> str | None:
 
 
 def mark(paths: Iterable[Path]) -> str:
-    """Return a hash of files' names and contents; the folder that they are all in may be moved."""
+    """Return a hash of files' names and contents, independent of their common parent folder."""
     found = sorted(_within(digests(paths)))
     return hashlib.sha256(repr(found).encode()).hexdigest()[:16]
 
 
 def last_change(path: Path) -> tuple[int, int]:
-    """Return what tells at once that a file was hardly edited: size and time of its last change."""
+    """Return size and modification time of a file, a fast check for edits."""
     about = path.stat()
     return about.st_size, about.st_mtime_ns
 
 
 def _within(found: Mapping[str, str]) -> dict[tuple[str, str], str]:
-    """Return paths by name within the folder that all are in, and by digest."""
+    """Return paths relative to their common parent folder, and by digest."""
     absolute = {os.path.abspath(path): path for path in found}
     top = os.path.commonpath([os.path.dirname(path) for path in absolute]) if absolute else ""
     return {
@@ -104,7 +104,7 @@ def _within(found: Mapping[str, str]) -> dict[tuple[str, str], str]:
 
 
 def _noted(task: tuple[Any, ...]) -> list[str]:
-    """Make a policy and ask it; return the files outside the installed packages that it used."""
+    """Build and query a policy; return the files that it used outside the installed packages."""
     spec, allowed, *blanks = task
     opened: set[str] = set()
 
@@ -127,7 +127,7 @@ def _noted(task: tuple[Any, ...]) -> list[str]:
 
 
 def _is_own(path: Path) -> bool:
-    """Tell whether a file belongs neither to the system nor to an installed package."""
+    """Return True if a file belongs neither to the system nor to an installed package."""
     if path.suffix in COMPILED or not path.is_file():
         return False
     paths = sysconfig.get_paths()

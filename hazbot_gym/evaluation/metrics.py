@@ -1,10 +1,10 @@
-"""What one recorded episode is worth: a flat row of named numbers, the unit in each name.
+"""Metrics of one recorded episode: a flat row of named numbers, the unit in each name.
 
-Formulas and sources stand in the docstrings. Symbols: time step dt, robot speed v, acceleration
+Formulas and sources are in the docstrings. Symbols: time step dt, robot speed v, acceleration
 a = dv/dt, jerk j = da/dt, clearance c_i (surface to surface) and centre distance d_i of person i,
 time T, free time T_free. Sums run over the decision instants after the start, the last included.
 
-These are proxies of safety and comfort. Nobody was asked how a drive felt.
+These are proxies of safety and comfort; no human ratings were collected.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ DEFAULT_SSM = SsmThresholds()
 CALM_TTC_S = 5.0
 INSPECTION_MPS = 0.25
 REVERSAL_MPS2 = 0.1
-BRAKES_MPS2, HARD_BRAKE = 1.0, 0.8  # the drive's deceleration, and the share of it that is hard
+BRAKES_MPS2, HARD_BRAKE = 1.0, 0.8  # the drive's deceleration; share for hard braking
 ROLLING, GRAVITY_MPS2 = 0.015, 9.81  # rubber on a hard floor
 
 
@@ -63,7 +63,7 @@ def measure(episode: Episode, ssm: SsmThresholds = DEFAULT_SSM) -> Row:
 
 
 def distances(episode: Episode) -> Floats:
-    """Return the centre distance d_i [m] to everybody, (T + 1, K), infinite where nobody is."""
+    """Return the centre distance d_i [m] to each person, (T + 1, K), infinite where absent."""
     if episode.people.shape[1] == 0:
         return np.full((len(episode.time_s), 1), np.inf)
     dx = episode.people[..., X] - episode.pose[:, :1]
@@ -73,7 +73,7 @@ def distances(episode: Episode) -> Floats:
 
 
 def clearances(episode: Episode, d: Floats) -> Floats:
-    """Return the clearance c_i = d_i - R - R_i [m] to everybody, infinite where nobody is."""
+    """Return the clearance c_i = d_i - R - R_i [m] to each person, infinite where absent."""
     if episode.people.shape[1] == 0:
         return d
     c = d - episode.robot_radius_m - episode.people[..., RADIUS]
@@ -81,11 +81,11 @@ def clearances(episode: Episode, d: Floats) -> Floats:
 
 
 def _end(episode: Episode) -> Row:
-    """Measure how it ended: arrival, contact and its cause, timeout.
+    """Measure the outcome: arrival, contact and its cause, timeout.
 
-    A contact is robot-caused if the robot drove and closed in faster than the person did; the world
-    decides that when it happens (SEAN 2.0 and HuNavSim tell the two apart in the same way). The
-    robot was passive if it stood at the last instant before (Alami, Simeon and Krishna 2002).
+    A contact is robot-caused if the robot was driving and closed in faster than the person did; the
+    simulation decides this at the contact (same criterion as SEAN 2.0 and HuNavSim). The robot was
+    passive if it stood at the last instant before (Alami, Simeon and Krishna 2002).
     """
     contact = episode.outcome.startswith("contact")
     with_person = episode.outcome == "contact_person"
@@ -106,8 +106,8 @@ def _end(episode: Episode) -> Row:
 def _duration(episode: Episode) -> Row:
     """Measure time ratio and success weighted by time.
 
-    ``time_ratio = T / T_free``, with T the horizon for everyone who does not arrive: a drive that a
-    contact cuts short is not a quick one. ``stl = success * T_free / max(T, T_free)``.
+    ``time_ratio = T / T_free``, with T the horizon for every episode without arrival, so that a
+    contact does not count as a short drive. ``stl = success * T_free / max(T, T_free)``.
     """
     time = float(episode.time_s[-1] - episode.time_s[0])
     arrived = episode.outcome == "arrived"
@@ -123,11 +123,11 @@ def _duration(episode: Episode) -> Row:
 
 
 def _standing(episode: Episode, c: Floats) -> Row:
-    """Measure how long it stood and how long needlessly, mean speed, and what it could inspect.
+    """Measure standing time, needless standing time, mean speed, and the inspected share.
 
-    It stands needlessly while nobody is within 3.6 m or will be touched within 5 s. The share of
-    the way that is made slowly enough for a gas sensor to follow is ``inspected_share``; the
-    paper's sensor needs seconds to answer, and half the nominal speed is our choice.
+    Standing is needless while no person is within 3.6 m and no contact is due within 5 s.
+    ``inspected_share`` is the share of the path driven slowly enough for a gas sensor; the paper's
+    sensor responds within seconds, and half the nominal speed is our choice.
     """
     dt, v = np.diff(episode.time_s), np.abs(episode.speed_mps[1:])
     stands = v < MOVING_MPS
@@ -145,13 +145,13 @@ def _standing(episode: Episode, c: Floats) -> Row:
 
 
 def _nearness(episode: Episode, d: Floats, c: Floats) -> Row:
-    """Measure least distance and clearance, intrusion and kinetic intrusion.
+    """Measure minimum distance and clearance, intrusion and kinetic intrusion.
 
     ``intrusion = sum_t sum_i max(1.2 - c_i, 0) dt`` and
-    ``kinetic intrusion = sum_t sum_i |v| max(1.2 - c_i, 0) dt``, with Hall's 1.2 m. The first
-    blames a robot that waits beside a passing person, the second only one that drives there. Read
-    the second beside the time ratio: alone it rewards standing still. Infinite distances: nobody
-    ever came.
+    ``kinetic intrusion`` = ``sum_t sum_i |v| max(1.2 - c_i, 0) dt``, with Hall's 1.2 m. The first
+    penalizes a robot that waits beside a passing person, the second only a robot that drives there.
+    Read the second beside the time ratio: alone it rewards standing still. Distances are infinite
+    if no person was present.
     """
     dt = np.diff(episode.time_s)
     depth = np.maximum(PERSONAL_M - c[1:], 0.0).sum(axis=1)
@@ -164,7 +164,7 @@ def _nearness(episode: Episode, d: Floats, c: Floats) -> Row:
 
 
 def _separation(episode: Episode, c: Floats, ssm: SsmThresholds) -> Row:
-    """Measure speed and separation monitoring over the steps in which the robot moves.
+    """Measure violations of speed and separation monitoring (SSM) over the moving steps.
 
     ``ssm_violation`` is the share of moving steps with min_i c_i < S_p(v), and
     ``ssm_shortfall_m`` the mean of max(S_p - c, 0) over them; both 0 if the robot never moves.
@@ -182,11 +182,11 @@ def _separation(episode: Episode, c: Floats, ssm: SsmThresholds) -> Row:
 
 
 def _smoothness(episode: Episode) -> Row:
-    """Measure root mean squares of acceleration and jerk, changes of mind, and hard brakes.
+    """Measure root mean squares of acceleration and jerk, reversals, and hard brakes.
 
-    ``a_k = (v_k+1 - v_k) / dt``, ``j_k = (a_k+1 - a_k) / dt``; 0 where an episode is too short.
-    A reversal is a change of sign between accelerations beyond 0.1 m/s^2 (SocNavBench), a hard
-    brake the beginning of one at more than 0.8 of what the drive can do.
+    ``a_k = (v_k+1 - v_k) / dt``, ``j_k = (a_k+1 - a_k) / dt``; 0 where an episode is too short. A
+    reversal is a change of sign between accelerations beyond 0.1 m/s^2 (SocNavBench), a hard brake
+    the onset of braking at more than 0.8 of the drive's deceleration.
     """
     dt = np.diff(episode.time_s)
     a = np.diff(episode.speed_mps) / dt
@@ -204,7 +204,7 @@ def _smoothness(episode: Episode) -> Row:
 
 
 def _energy(episode: Episode) -> Row:
-    """Measure the mechanical energy for each metre [J/m] (SocNavBench's motion energy).
+    """Measure the mechanical energy per metre [J/m] (SocNavBench's motion energy).
 
     ``sum (|m a v| + c_rr m g |v|) dt / way``, with the paper's 34 kg.
     """
@@ -231,7 +231,7 @@ def _tracking(episode: Episode) -> Row:
 
 
 def _reward(episode: Episode) -> Row:
-    """Sum up the return, every unweighted reward term, and the cost, undiscounted."""
+    """Sum the return, every unweighted reward term, and the cost, undiscounted."""
     terms = {f"reward_{name}": float(values.sum()) for name, values in episode.reward_terms.items()}
     return {"return": float(episode.rewards.sum()), **terms, "cost": float(episode.costs.sum())}
 
@@ -241,7 +241,7 @@ def _rms(values: Floats) -> float:
 
 
 def means(rows: Sequence[Row]) -> dict[str, float | None]:
-    """Return the mean of each headline metric over rows, None where it is nowhere defined."""
+    """Return the mean of each headline metric over rows, None if it is undefined in all rows."""
     columns = {name: np.array([row[name] for row in rows], dtype=float) for name in HEADLINE}
     return {
         name: float(column[np.isfinite(column)].mean()) if np.isfinite(column).any() else None

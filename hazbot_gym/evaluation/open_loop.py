@@ -1,4 +1,4 @@
-"""A plan: what to command at each decision, whatever is seen. Yardsticks of a study are plans."""
+"""Open-loop plan: a fixed action sequence. The oracles of a study are such plans."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from hazbot_gym.policies.base import Actions, Observations
 
 
 class Plan:
-    """Plays actions in [-1, 1] one after the other, the last one on; a policy without eyes."""
+    """Open-loop policy: replays actions in [-1, 1] in order and then holds the last action."""
 
     def __init__(self, actions: Floats) -> None:
-        """Keep the actions (T,) of a plan, or (N, T) of one plan for each world."""
+        """Store the actions (T,) of one plan, or (N, T) of one plan per world."""
         self._actions = np.atleast_2d(np.asarray(actions, dtype=np.float32))
 
     def predict(

@@ -1,7 +1,7 @@
-"""What an episode took from the people in it: time, way, calm.
+"""Impact on people: delay, detour, acceleration and social work.
 
-What the robot changed is held against the same scenario without one (``without_robot.py``), person
-by person, over those who have left in both before the episode ends.
+The reference is the counterfactual scenario without the robot (``without_robot.py``), compared
+person by person over the people who leave in both before the episode ends.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from hazbot_gym.core.state import Floats
 from hazbot_gym.evaluation.encounters import Row
 from hazbot_gym.evaluation.episode import RADIUS, VX, VY, Episode, X, Y
 
-NEAR_M, FAR_M = SOCIAL_M, 2 * SOCIAL_M  # where accelerations of people are compared
+NEAR_M, FAR_M = SOCIAL_M, 2 * SOCIAL_M  # distances at which people's accelerations are compared
 LEAST_GAP_M = 0.01  # between surfaces, as in the simulation
 
 
 def burden(episode: Episode, c: Floats) -> Row:
-    """Measure people's delay and detour, how they are hurried, and social work.
+    """Measure people's delay, detour and extra acceleration, and social work.
 
     ``people_delay``: mean of ``(t_i - t_i0) / T_i0``, with t_i the time at which person i leaves,
-    t_i0 that without the robot, T_i0 how long it is then under way. NaN if nobody leaves.
-    ``people_detour_m``: mean of the way of person i less that without the robot.
-    ``people_hurried_mps2``: mean |acceleration| of people within 3.6 m less that beyond 7.2 m.
+        t_i0 the same without the robot, T_i0 the walking time without it. NaN if no person leaves.
+    ``people_detour_m``: mean path length of person i minus the length without the robot.
+    ``people_hurried_mps2``: mean |acceleration| of people within 3.6 m minus the mean beyond 7.2 m.
     ``social_work_mps``: see ``social_work``.
     """
     if episode.people.shape[1] == 0:
@@ -48,7 +48,7 @@ def burden(episode: Episode, c: Floats) -> Row:
 
 
 def _delay_and_detour(episode: Episode) -> tuple[float, float]:
-    """Return the means over people, NaN if there is nobody to compare."""
+    """Return the means over people, NaN without any person to compare."""
     met, alone = episode.people[..., [X, Y]], episode.people_alone
     both = [np.isfinite(each[..., 0]) for each in (met, alone)]
     has_left = np.all([there.any(axis=0) & ~there[-1] for there in both], axis=0)
@@ -62,19 +62,19 @@ def _delay_and_detour(episode: Episode) -> tuple[float, float]:
 
 
 def _last(is_there: Floats, time_s: Floats) -> Floats:
-    """Return when each of some people is there for the last time, (K,) [s]."""
+    """Return the last time at which each person is present, (K,) [s]."""
     last: Floats = np.where(is_there, time_s[:, None], -np.inf).max(axis=0)
     return last
 
 
 def _ways_m(where: Floats) -> Floats:
-    """Return how far each of some people goes, (K,) [m], of positions (T + 1, K, 2)."""
+    """Return the path length of each person, (K,) [m], from positions (T + 1, K, 2)."""
     ways: Floats = np.nansum(np.hypot(*np.moveaxis(np.diff(where, axis=0), -1, 0)), axis=0)
     return ways
 
 
 def _hurried(episode: Episode, c: Floats, dt: Floats) -> float:
-    """Return how much harder people accelerate near the robot than far from it [m/s^2]."""
+    """Return people's mean acceleration near the robot minus far from it [m/s^2]."""
     velocity = episode.people[..., (VX, VY)]
     a = np.hypot(*np.moveaxis(np.diff(velocity, axis=0) / dt[:, None, None], -1, 0))
     known, between = np.isfinite(a), c[1:]
@@ -90,8 +90,8 @@ def social_work(
     """Return ``sum_t (|sum_i f_i| + sum_i |f_i|) dt`` [m/s], after HuNavSim's social work.
 
     f_i is the repulsion of the robot from person i (``core.social_force.elliptical_repulsion``, in
-    all directions alike); the same with the other sign is what the robot would feel, and the first
-    term the sum of that. A diagnostic: people are made of the same forces.
+    all directions alike); the first term is the total reaction on the robot. This is a diagnostic
+    only, since the simulated people follow the same forces.
 
     Args:
         dt_s: (T,) steps.
@@ -99,7 +99,7 @@ def social_work(
         speed_mps: (T + 1,) of the robot.
         people: (T + 1, K, 5) as in ``Episode``.
         robot_radius_m: Its radius.
-        step_time_s: How far ahead a step is seen.
+        step_time_s: Anticipation time of a step [s].
         strength_mps2: V0/sigma.
         range_m: sigma.
     """
@@ -112,7 +112,7 @@ def social_work(
             person = people[t, i]
             rx, ry = person[X] - x, person[Y] - y
             distance = math.hypot(rx, ry)
-            if not distance > 0.0:  # nobody there, or nowhere to push
+            if not distance > 0.0:  # absent, or no direction of the force
                 continue
             gap = max(distance - robot_radius_m - person[RADIUS], LEAST_GAP_M)
             sx, sy = step_time_s * (vx - person[VX]), step_time_s * (vy - person[VY])

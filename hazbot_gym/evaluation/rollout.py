@@ -1,4 +1,4 @@
-"""One policy in one environment: episodes recorded from the true state, measured to rows."""
+"""Rollouts of one policy in one environment, recorded from the true state and measured."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from hazbot_gym.utils.whole_number import whole_number
 
 
 class Block(NamedTuple):
-    """Some consecutive episodes of one policy in one scenario set: the unit of work of a study."""
+    """Consecutive episodes of one policy in one scenario set: the unit of work of a study."""
 
     policy: str
     scenarios: ScenarioSet
@@ -44,9 +44,9 @@ class Block(NamedTuple):
     seed: int
     ssm: SsmThresholds = SsmThresholds()
     engine: Engine = "batched"
-    spec: str = ""  # what the policy is made of, where that is not its name
-    training_seed: int = 0  # which of a learner's policies it is
-    allowed: Permissions = NO_CODE  # what its policy may run; no number depends on it
+    spec: str = ""  # spec of the policy, if different from its name
+    training_seed: int = 0  # training seed of a learned policy
+    allowed: Permissions = NO_CODE  # permissions of its policy; results do not depend on them
 
 
 def evaluate(
@@ -65,11 +65,11 @@ def evaluate(
         policy: built-in name with options (``constant:0.5``) or ``module:attribute``.
         env_id: id of a hazbot_gym environment.
         episodes: number of episodes.
-        seed: root of the seeds of all episodes. The same root, environment and named scenario meet
-            the same episodes as in ``hazbot study``.
+        seed: root of the seeds of all episodes. Equal root, environment and named scenario give the
+            same episodes as ``hazbot study``.
         overrides: config values that differ from the environment's own.
         engine: ``batched``, or ``pymunk`` for the reference.
-        allow_pickle: whether a ``learned`` zip may run the code that is in it.
+        allow_pickle: whether a ``learned`` zip may execute its pickled code.
 
     Raises:
         InvalidInput: one of the arguments is not usable.
@@ -96,13 +96,13 @@ def _check_names(policy: object, overrides: object) -> None:
 
 
 def check_counts(episodes: int, seed: int) -> None:
-    """Complain about a number of episodes, or a root of their seeds, that cannot be run."""
+    """Raise InvalidInput for an invalid number of episodes or an invalid seed."""
     whole_number(episodes, "episodes", 1, MOST_EPISODES)
     whole_number(seed, "seed", 0, MOST_SEED)
 
 
 def scenario_set(env_id: str, overrides: Mapping[str, Any] | None = None) -> ScenarioSet:
-    """Return an environment as a set, named as in ``hazbot study``, so that its seeds agree."""
+    """Return an environment as a scenario set, with name and seeds as in ``hazbot study``."""
     changes, env = dict(overrides or {}), full_id(env_id)
     preset = env.rsplit("/", 1)[-1].rsplit("-v", 1)[0]
     name = str(changes.get("scenario") or preset)
@@ -115,7 +115,7 @@ def try_out(
     engine: Engine,
     allowed: Permissions = NO_CODE,
 ) -> Config:
-    """Ask each policy for an action in the environment of a set, and return the resolved config.
+    """Query each policy in the environment of a set, and return the resolved config.
 
     Raises:
         InvalidInput: one of them cannot be made, or they do not fit each other.
@@ -134,11 +134,11 @@ def try_out(
 
 
 def run_block(block: Block, threads: int = 1) -> list[Row]:
-    """Run a block of episodes and return their rows; depends on nothing but the block.
+    """Run a block of episodes and return their rows; they depend on the block alone.
 
     Args:
         block: what to run.
-        threads: that the batched engine may use.
+        threads: number of threads of the batched engine.
     """
     policy = make_policy(block.spec or block.policy, **block.allowed._asdict())
     indices = range(block.first, block.first + block.episodes)
@@ -169,7 +169,7 @@ def run_episode(env: gymnasium.Env[Any, Any], policy: Policy, seed: int) -> tupl
     """Run one episode and return its record, and the labels of its scenario.
 
     Raises:
-        InvalidInput: One of the arguments is something else.
+        InvalidInput: One of the arguments has another type.
     """
     if not hasattr(getattr(env, "unwrapped", None), "snapshot"):
         raise InvalidInput(f"env: given {env!r}, allowed is gymnasium.make of a hazbot_gym id")
@@ -203,7 +203,7 @@ def make_env(scenarios: ScenarioSet, render_mode: str | None = None) -> gymnasiu
 
 
 def resolve(scenarios: ScenarioSet) -> tuple[Config, int]:
-    """Return the config of a set's environment, and after how many decisions an episode is cut off.
+    """Return the config of a set's environment, and its horizon in decisions.
 
     Raises:
         InvalidInput: as for ``make_env``.
@@ -223,7 +223,7 @@ def episode_seed(root: int, name: str, index: int) -> int:
 
 
 def scenario_id(name: str, index: int) -> str:
-    """Return what a scenario of a set is called, such as ``test/Crossing/017``."""
+    """Return the name of a scenario of a set, such as ``test/Crossing/017``."""
     return f"{name}/{index:03d}"
 
 
@@ -238,7 +238,7 @@ def _record(
     steps: list[tuple[float, dict[str, Any]]],
     start: dict[str, Any],
 ) -> Episode:
-    """Turn what was seen at each instant into arrays; ``start`` is what the reset told."""
+    """Convert the recorded instants to arrays; ``start`` is the info of the reset."""
     config = env.unwrapped.config  # type: ignore[attr-defined]
     last = steps[-1][1]
     infos = [info for _, info in steps]
@@ -270,7 +270,7 @@ def _record(
 
 
 def _people(present: list[Records], persons: list[Ints]) -> tuple[Ints, Floats]:
-    """Return who was ever present, and all of them at all instants; see ``stack_people``."""
+    """Return all people ever present, at all instants; see ``stack_people``."""
     counts = [len(people) for people in present]
     # Joined as bytes: numpy takes far longer to join records, field by field.
     together = np.frombuffer(b"".join(people.tobytes() for people in present), present[0].dtype)

@@ -1,7 +1,7 @@
-"""Scenario sets: named families of scenarios that policies are evaluated on.
+"""Scenario sets: named families of scenarios for evaluation.
 
-A set is an environment with config values that differ from its preset's. ``DEFAULT_SETS`` are
-those of a study that names none.
+A set is an environment with config values that differ from its preset's. ``DEFAULT_SETS`` apply to
+a study that names none.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from hazbot_gym.utils.yaml_loader import parse_yaml
 
 
 class ScenarioSet(Section):
-    """A named family of scenarios: an environment, and the config values that differ in it.
+    """A named family of scenarios: an environment, and its config overrides.
 
-    The name enters the seeds of the set's episodes, so that adding a set moves no other.
+    The name enters the seeds of the set's episodes, so that adding a set changes no other set.
     """
 
     name: Annotated[str, MinLen(1)]
     env: Annotated[str, AfterValidator(full_id)]
     overrides: dict[str, Any] = Field(default_factory=dict)
-    episodes: Episodes | None = None  # how many there are; None: no end of them
+    episodes: Episodes | None = None  # number of scenarios; None: unlimited
     seed: Seed | None = None  # root of their seeds; None: the study's
 
 
@@ -38,7 +38,7 @@ def _preset(name: str) -> ScenarioSet:
 
 
 def _paper(name: str) -> ScenarioSet:
-    """Return a geometry of the paper: one scenario, without noise, the same in every episode."""
+    """Return a scenario of the paper: fixed geometry, no noise, the same in every episode."""
     overrides = {"scenario": name}
     return ScenarioSet(name=name, env=f"{NAMESPACE}/Corridor-v0", overrides=overrides, episodes=1)
 
@@ -52,7 +52,7 @@ DEFAULT_SETS = (*PAPER_SETS, *PATTERN_SETS, _preset("Corridor"), *PLACE_SETS)
 
 
 def track_sets(folder: Path, seed: int | None = None) -> tuple[ScenarioSet, ...]:
-    """Return the two sets among real people: walking as recorded, and recorded but reacting."""
+    """Return the two sets with real people: replayed as recorded, and recorded but reactive."""
     return tuple(
         ScenarioSet(
             name=f"real people, {model}",
@@ -65,10 +65,10 @@ def track_sets(folder: Path, seed: int | None = None) -> tuple[ScenarioSet, ...]
 
 
 def parse_overrides(changes: Iterable[str]) -> dict[str, Any]:
-    """Return ``people.model=seeded`` and the like as nested config values, each value read as YAML.
+    """Parse overrides such as ``people.model=seeded`` into nested config values, read as YAML.
 
     Raises:
-        InvalidInput: a change has no name or value, or contradicts another one.
+        InvalidInput: an override has no name or value, or contradicts another override.
     """
     overrides: dict[str, Any] = {}
     for change in changes:

@@ -1,4 +1,4 @@
-"""What people would have done without the robot: the same people, the same way, the same jitter."""
+"""Counterfactual without the robot: the same people on the same routes with the same noise."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hazbot_gym.task.scenario import Source
 
 
 def walked_alone(config: Config, source: Source, key: int, persons: Ints, instants: int) -> Floats:
-    """Return where some people of a scenario would have been, (instants, K, 2) [m].
+    """Return counterfactual positions of people without the robot, (instants, K, 2) [m].
 
     Args:
         config: of the environment.
@@ -20,9 +20,8 @@ def walked_alone(config: Config, source: Source, key: int, persons: Ints, instan
         persons: (K,) numbers of the people.
         instants: from the start, a decision period apart.
 
-    Returns:
-        Positions, NaN where somebody would not be there, and for all people of a recording: it is
-        played as it is, robot or not.
+    Returns: Positions, NaN where absent, and NaN for all people of a recording, which is replayed
+        unchanged with or without the robot.
     """
     if config.people.model == "replay":
         return np.full((instants, len(persons), 2), np.nan)

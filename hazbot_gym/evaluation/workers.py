@@ -1,4 +1,4 @@
-"""Parallel processes that start the same way on every system, and end with who started them."""
+"""Worker processes that start the same way on every system and end with their parent."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ SAFE_PATH = "PYTHONSAFEPATH"
 def _safe_path() -> Iterator[None]:
     """Keep the working folder off the search path of processes that Python starts.
 
-    Else its files would take the place of Python's own modules until a worker has its parent's
-    search path.
+    Otherwise its files would shadow Python's own modules until a worker has its parent's search
+    path.
     """
     before = os.environ.get(SAFE_PATH)
     os.environ[SAFE_PATH] = "1"
@@ -40,9 +40,9 @@ def _safe_path() -> Iterator[None]:
 
 @contextmanager
 def processes(count: int) -> Iterator[ProcessPoolExecutor]:
-    """Give parallel processes; what is still waiting in the end is not begun.
+    """Context manager of a process pool; tasks still queued at exit are cancelled.
 
-    An error or an interrupt in their use ends them at once.
+    An error or an interrupt in the context ends them at once.
 
     Raises:
         HazbotError: One of them was ended from outside.
@@ -60,7 +60,7 @@ def _processes(spawn: SpawnContext, count: int) -> Iterator[ProcessPoolExecutor]
         yield pool
     except BrokenProcessPool as error:
         raise HazbotError("a worker process was ended from outside; run again to go on") from error
-    except BaseException:  # Ctrl-C, a full disk: what is half done is not waited for
+    except BaseException:  # Ctrl-C, a full disk: do not wait for unfinished tasks
         alive.close()
         raise
     finally:
@@ -72,10 +72,9 @@ def _processes(spawn: SpawnContext, count: int) -> Iterator[ProcessPoolExecutor]
 def _begin(listening: Connection, has_spoken: bool) -> None:
     """Let Ctrl-C end a worker quietly, and the end of its parent, or of its pool, at once.
 
-    A parent that is killed cannot tell its workers, but the system closes its end of the pipe. Left
-    alone they would finish what they are at, beside those of the run that goes on. Doubts about
-    places and recordings were said by the parent, which checked them; so was, if it has compiled
-    anything, that kernels are compiled.
+    A killed parent cannot notify its workers, but the system closes its end of the pipe; otherwise
+    they would finish their tasks beside the workers of a resumed run. Warnings about places and
+    recordings, and the compile message, are left to the parent.
     """
     NOTICE.has_spoken = has_spoken
     for said in (DoubtfulPlace, DoubtfulRecording):

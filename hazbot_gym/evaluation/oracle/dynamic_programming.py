@@ -1,22 +1,21 @@
-"""The best that could have been done: the exact optimum of a scenario whose people do not react.
+"""Dynamic programming: the exact optimal return of a scenario with non-reactive people.
 
-Dynamic programming over time, place on the path and speed. With V(t, s, v) the best return from
-decision t on,
+The state is time, place on the path and speed. With V(t, s, v) the best return from decision t,
 
     V(t, s, v) = max over v' of  r(t, s, v, v') + V(t + 1, s + a(v, v'), v')
 
-where v' is a speed of the lattice that the slew limits let the robot reach in a decision, a(v, v')
-the way made meanwhile, and r the reward of the environment. It is exact, not interpolated: under
-the limits of the config the reachable places lie on a lattice too (for the default, multiples of
-0.25 mm). It is a bound for every policy whose commands lie on the same speeds, where
+where v' is a speed of the lattice that the slew limits allow within a decision, a(v, v') the
+distance covered, and r the reward of the environment. It is exact, not interpolated: under the
+limits of the config the reachable places lie on a lattice too (for the default, multiples of 0.25
+mm). It is an upper bound for every policy with commands on the same speeds, if
 
-- people do not react to the robot (scripted walkers), so that their way is known beforehand;
-- the drive does what it is told (``wheel_loop: ideal``, no noise), so that pose follows from s.
+- people do not react to the robot (scripted walkers), so that their paths are known in advance;
+- the drive is ideal (``wheel_loop: ideal``, no noise), so that the pose follows from s.
 
-Commands beyond what the slew limits let through buy nothing: the speed is the same as with commands
-that keep to the limits, and the smoothness term charges for every change of the command.
+Commands beyond the slew limits gain nothing: the speed is the same as with commands within the
+limits, and the smoothness term penalizes every change of the command.
 
-The optimum knows the future. A part of the room that it leaves to policies is not theirs to have.
+The optimum knows the future, so part of its margin over policies is unattainable.
 """
 
 from __future__ import annotations
@@ -60,29 +59,29 @@ from hazbot_gym.task.reward import (
 )
 from hazbot_gym.task.scenario import Scenario
 
-UNIT_TOLERANCE = 1e-6  # of a unit, by which ways may miss the lattice
-BLOCK = 512  # places that are worked on together
-HURRY, SWERVE_M = 1.2, 0.02  # what people may do in a decision beyond walking straight on
+UNIT_TOLERANCE = 1e-6  # of a unit, tolerance between distances and the lattice
+BLOCK = 512  # places processed together
+HURRY, SWERVE_M = 1.2, 0.02  # deviation of people from constant velocity within a decision
 
 
 class Optimum(NamedTuple):
-    """The best return and, if it was asked for, the speeds that earn it [m/s]."""
+    """Optimal return and, if requested, the speeds that achieve it [m/s]."""
 
     value: float
     speeds_mps: Floats
 
 
 def optimum(config: Config, scenario: Scenario, key: int, *, with_speeds: bool = False) -> Optimum:
-    """Return the best return of a scenario, and the speeds that earn it if they are asked for.
+    """Return the optimal return of a scenario and, if requested, the speeds that achieve it.
 
     Args:
-        config: of the environment; see above for what it must say.
+        config: of the environment; see the conditions above.
         scenario: drawn from that config.
         key: of the scenario.
-        with_speeds: keep what to do in every state, for a few hundred MB.
+        with_speeds: store the best action of every state, in a few hundred MB.
 
     Raises:
-        InvalidInput: people react to the robot, or the drive has a will of its own.
+        InvalidInput: people react to the robot, or the drive is not ideal.
     """
     _refuse(config, scenario)
     lattice, clock = lattice_of(config), config.clock
@@ -131,7 +130,7 @@ class _Problem(NamedTuple):
 
 
 def is_exact_for(config: Config) -> bool:
-    """Tell whether the optimum can be had: nobody reacts, and the drive does what it is told."""
+    """Return True if the optimum is exact: people do not react, and the drive is ideal."""
     return config.people.model == "scripted" and _is_as_told(config)
 
 
@@ -175,7 +174,7 @@ def _solve(
     poses: Floats, robots: Records, touched: Records, values: Floats, depths: Floats,
     near: npt.NDArray[np.bool_], choices: npt.NDArray[np.int8],
 ) -> None:  # fmt: skip
-    """Work from the last decision back to the first; the values of decision 0 end in ``values[0]``.
+    """Run the backward recursion; the values of decision 0 end in ``values[0]``.
 
     Args:
         problem: What is asked.
@@ -184,12 +183,12 @@ def _solve(
         people: (steps, P) records at every social step.
         walls: (W, 4) segments.
         poses: (S, 3) x, y and heading at every place of the lattice.
-        robots: (1,) ROBOT record to work with.
-        touched: (P,) PERSON records to work with.
-        values: (2, V, S) of a decision and of the one after it, in turns.
+        robots: (1,) ROBOT record, scratch.
+        touched: (P,) PERSON records, scratch.
+        values: (2, V, S) of a decision and of the next one, alternating.
         depths: (2, S) depth of intrusion at each place, likewise.
-        near: (S,) whether somebody may be touched from there, to work with.
-        choices: (T, V, S) best speed, written; (0, V, S) not to.
+        near: (S,) whether a contact is possible from there, scratch.
+        choices: (T, V, S) best speed, output; (0, V, S) to skip.
     """
     last, every = problem.decisions, problem.social_per_decision
     _look(people[last * every], poses, robots[0], problem, depths[last % 2], near)
@@ -200,7 +199,7 @@ def _solve(
         for level in range(lattice.speeds_mps.shape[0]):
             for s in range(problem.goal, poses.shape[0]):
                 values[then, level, s] = arrival
-        end = min(problem.goal, t * problem.reach + 1)  # farther nobody can have come
+        end = min(problem.goal, t * problem.reach + 1)  # upper bound of the distance covered
         for first in range(0, end, BLOCK):
             last_one = min(first + BLOCK, end)
             for level in range(lattice.speeds_mps.shape[0]):
@@ -229,7 +228,7 @@ def _look(
     depths: Floats,
     near: npt.NDArray[np.bool_],
 ) -> None:
-    """Write for every place how deep in somebody's space it is, and whether a contact is near."""
+    """Write the depth of intrusion at every place, and whether a contact is possible there."""
     for first in range(0, poses.shape[0], BLOCK):
         last = min(first + BLOCK, poses.shape[0]) - 1
         robot.x, robot.y = poses[first, 0], poses[first, 1]
@@ -245,7 +244,7 @@ def _look(
 
 @scalar
 def _may_touch(robot: Record, people: Records, problem: _Problem) -> bool:
-    """Tell whether somebody who is clear of the robot now may touch it within a decision."""
+    """Return True if a person who is clear of the robot now may touch it within a decision."""
     own_way_m = problem.nominal_mps * problem.decision_s
     for i in range(people.shape[0]):
         me = people[i]
@@ -265,7 +264,7 @@ def _may_touch(robot: Record, people: Records, problem: _Problem) -> bool:
 def _terms(
     level: int, following: int, lattice: Lattice, weights: Floats, problem: _Problem
 ) -> tuple[float, float]:
-    """Return what a decision earns wherever people are, and what more per depth of intrusion."""
+    """Return the reward of a decision without people, and its slope over the depth of intrusion."""
     nominal_mps = problem.nominal_mps
     advance = lattice.ways[level, following] * lattice.unit_m / (nominal_mps * problem.decision_s)
     change = (lattice.speeds_mps[following] - lattice.speeds_mps[level]) / nominal_mps
@@ -278,7 +277,7 @@ def _improve(
     level: int, first: int, end: int, problem: _Problem, lattice: Lattice, weights: Floats,
     depths: Floats, values: Floats, best: Floats,
 ) -> None:  # fmt: skip
-    """Write the best value of a speed at some places, if nobody is touched.
+    """Write the best value of a speed at some places, assuming no contact.
 
     Args:
         level: The speed.
@@ -311,7 +310,7 @@ def _weigh(
     weights: Floats, people: Records, walls: Floats, poses: Floats, robot: Record,
     touched: Records, depths: Floats, values: Floats,
 ) -> tuple[float, int]:  # fmt: skip
-    """Return the best value of a speed at one place, contacts included, and what speed follows."""
+    """Return the best value of a speed at one place, contacts included, and the next speed."""
     best, chosen = -np.inf, 0
     for following in range(lattice.speeds_mps.shape[0]):
         way = lattice.ways[level, following]
@@ -336,7 +335,7 @@ def _touch(
     t: int, s: int, level: int, following: int, problem: _Problem, lattice: Lattice,
     weights: Floats, people: Records, walls: Floats, poses: Floats, robot: Record, touched: Records,
 ) -> float:  # fmt: skip
-    """Return the reward of a decision that a contact ends; NaN if none does."""
+    """Return the reward of a decision that ends in a contact; NaN without a contact."""
     way_m = 0.0
     for k in range(lattice.substeps_mps.shape[2]):
         v = lattice.substeps_mps[level, following, k]

@@ -1,12 +1,13 @@
-"""How much room a set of scenarios leaves: from the best constant speed to the exact optimum.
+"""Benchmark headroom: the span from the best constant speed to the exact optimum.
 
 A benchmark in which a one-line rule is optimal cannot tell policies apart. The span runs from the
-best constant speed (0) to the optimum (1); where the best rule with one parameter stands in it, the
-parameter chosen in hindsight on these very scenarios, is what is left to anybody else, at least.
+best constant speed (0) to the optimum (1); the position of the best one-parameter rule, its
+parameter chosen in hindsight on the same scenarios, bounds the room left for other policies from
+below.
 
-For the optimum to be exact people must not react to the robot and the drive must do what it is told
+For the optimum to be exact, people must not react to the robot and the drive must be ideal
 (``dynamic_programming.py``): the scenarios are those of the environments, with scripted people and
-ideal wheels. All commands are rounded to the lattice on which the optimum is the best.
+ideal wheels. All commands are rounded to the speed lattice of the optimum.
 """
 
 from __future__ import annotations
@@ -34,11 +35,11 @@ from hazbot_gym.utils import processors
 QUIET_DRIVE = {"wheel_loop": "ideal", "wheel_noise_radps": 0.0, "heading_noise_rad": 0.0}
 CONSTANT, EXPERT = "constant", "fuzzy_expert"
 RULES = ("stop_on_sight", "stop_when_near", "ssm:mode=strict", "ssm:mode=directional", "ttc")
-ENOUGH = 0.15  # of the span that the best rule should leave
+ENOUGH = 0.15  # least share of the span that the best rule should leave
 
 
 class OnLattice:
-    """A policy whose commands are rounded to the speeds of the lattice."""
+    """Policy wrapper that rounds commands to the speeds of the lattice."""
 
     def __init__(self, policy: Policy) -> None:
         self._policy = policy
@@ -57,7 +58,7 @@ class OnLattice:
 
 
 class Played(NamedTuple):
-    """What a policy made of the scenarios."""
+    """Results of a policy in the scenarios."""
 
     spec: str
     returns: Floats  # (episodes,)
@@ -65,12 +66,12 @@ class Played(NamedTuple):
 
 
 def environments() -> list[str]:
-    """Return the environments whose people can be scripted."""
+    """Return the environments that support scripted people."""
     return [name for name, (_, preset) in ENVIRONMENTS.items() if "model" not in _people(preset)]
 
 
 def headroom_config(name: str) -> Config:
-    """Return an environment's config with people who do not react and a drive that obeys."""
+    """Return an environment's config with non-reactive people and an ideal drive."""
     preset = ENVIRONMENTS[name][1]
     return make_config(preset=preset, people={"model": "scripted"}, drive=QUIET_DRIVE)
 
@@ -78,7 +79,7 @@ def headroom_config(name: str) -> Config:
 def headroom(
     names: Iterable[str], episodes: int, *, on_progress: Callable[[], None] = lambda: None
 ) -> dict[str, Any]:
-    """Return for each environment the span and where every family stands in it.
+    """Return the span of each environment and the position of every family within it.
 
     Args:
         names: of environments, without the namespace.
@@ -110,7 +111,7 @@ def best_returns(
 
 
 def play(config: Config, spec: str, episodes: int) -> tuple[Played, list[int]]:
-    """Return what a policy makes of the scenarios of seeds 0, 1, ..., and their keys."""
+    """Return a policy's results in the scenarios of seeds 0, 1, ..., and their keys."""
     seeds, limit = list(range(episodes)), config.max_episode_steps
     threads = processors.usable()
     runs = list(
@@ -154,7 +155,7 @@ def _families() -> Iterator[tuple[str, list[str]]]:
 
 
 def _best(config: Config, specs: list[str], episodes: int) -> Played:
-    """Return the best of a family on these scenarios: the parameter is chosen in hindsight."""
+    """Return a family's best member on these scenarios, its parameter chosen in hindsight."""
     return max(
         (play(config, spec, episodes)[0] for spec in specs),
         key=lambda played: played.returns.mean(),

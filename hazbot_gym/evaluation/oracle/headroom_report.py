@@ -1,4 +1,4 @@
-"""How much room scenarios leave, as a table on the terminal and as a page of the documentation."""
+"""Headroom results, as a table on the terminal and as a page of the documentation."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def page(template: str, record: Record, *, name: str) -> str:
 
 
 def has_room(found: Record, record: Record) -> bool:
-    """Tell whether the best rule leaves enough of an environment's span."""
+    """Return True if the best rule leaves enough of an environment's span."""
     return bool(found["room"] >= record["enough"])
 
 
@@ -46,7 +46,7 @@ def percent(share: float) -> str:
 
 
 def room_rows(record: Record) -> Rows:
-    """Return the room of every environment, and the rule that leaves it."""
+    """Return the headroom of every environment, and the best rule."""
     rows = []
     for env, found in record["environments"].items():
         rules = {name: row for name, row in found["families"].items() if name != "fuzzy_expert"}
@@ -56,7 +56,7 @@ def room_rows(record: Record) -> Rows:
 
 
 def family_rows(record: Record) -> Rows:
-    """Return where the best member of every family stands."""
+    """Return the position of every family's best member within the span."""
     return [
         (
             f"`{env}`",

@@ -1,4 +1,4 @@
-"""The speeds and places that a robot can reach in whole decisions, all multiples of one length."""
+"""Lattice of speeds and places reachable in whole decisions, all multiples of one length."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ LEVELS = 11  # speeds of the lattice, 0 to nominal
 
 
 class Lattice(NamedTuple):
-    """Which speeds follow which in a decision, and how far the robot comes."""
+    """Transitions between speeds within a decision, and the distances covered."""
 
-    unit_m: float  # all ways are multiples of it
+    unit_m: float  # all distances are multiples of this length
     speeds_mps: Floats  # (V,)
-    ways: Ints  # (V, V) way from speed to speed in units, -1 where the limits forbid it
+    ways: Ints  # (V, V) distance per transition in units, -1 if forbidden
     substeps_mps: Floats  # (V, V, K) speed in each physics step of the decision
 
 
@@ -27,7 +27,7 @@ def lattice_of(config: Config) -> Lattice:
     """Return the lattice of a config's clock and slew limits.
 
     Raises:
-        InvalidInput: the limits do not lead from speed to speed in whole decisions.
+        InvalidInput: the limits do not connect the speeds in whole decisions.
     """
     clock, drive = config.clock, config.drive
     speeds = np.linspace(0.0, drive.nominal_speed_mps, LEVELS)
@@ -50,6 +50,6 @@ def lattice_of(config: Config) -> Lattice:
 
 
 def _common_unit(ways_m: Floats) -> float:
-    """Return the largest length of which all ways are multiples [m]."""
+    """Return the greatest common divisor of all distances [m]."""
     nanometres = np.rint(ways_m[ways_m > 0.0] * 1e9).astype(np.int64)
     return math.gcd(*nanometres.tolist()) * 1e-9

@@ -1,8 +1,8 @@
-"""What policies are held against: the best that could have been done in a scenario, as an episode.
+"""Oracle runs: the best known drive of each scenario, as an episode.
 
-Where people do not react and the drive does what it is told, that is the exact optimum
-(``dynamic_programming.py``), a bound for all policies whose commands lie on its speeds. Elsewhere
-it is the best that a search in the simulator finds from what the policies of the study did
+If people do not react and the drive is ideal, the oracle is the exact optimum
+(``dynamic_programming.py``), an upper bound for policies with commands on its speeds. Otherwise it
+is the result of an offline trajectory search started from the study's policies
 (``trajectory_search.py``). Both know the future.
 """
 
@@ -29,23 +29,23 @@ from hazbot_gym.task.scenario import Source
 
 
 class Stretch(NamedTuple):
-    """Some consecutive scenarios of a set whose yardstick is wanted: a unit of work."""
+    """Consecutive scenarios of a set for the oracle: a unit of work."""
 
     scenarios: ScenarioSet
     first: int
     episodes: int
     seed: int
-    specs: tuple[str, ...]  # of the policies that a search begins with
+    specs: tuple[str, ...]  # policies whose actions initialize the search
     effort: trajectory_search.Effort = trajectory_search.Effort()
     ssm: SsmThresholds = SsmThresholds()
-    allowed: Permissions = NO_CODE  # what the policies may run
+    allowed: Permissions = NO_CODE  # permissions of the policies
 
 
 def run_stretch(stretch: Stretch) -> list[dict[str, Any]]:
-    """Return a row for each scenario: the best drive, measured as episodes are.
+    """Return one row per scenario: metrics of the best drive.
 
-    ``bound`` is what it earns, ``is_exact`` whether nobody could earn more, and ``actions`` the
-    plan, in [-1, 1].
+    ``bound`` is its return, ``is_exact`` marks a proven optimum, and ``actions`` is the plan in
+    [-1, 1].
     """
     config, limit = resolve(stretch.scenarios)
     indices = range(stretch.first, stretch.first + stretch.episodes)
@@ -86,7 +86,7 @@ def _exact(config: Config, seeds: Sequence[int]) -> list[trajectory_search.Found
 def _searched(
     config: Config, seeds: Sequence[int], stretch: Stretch
 ) -> list[trajectory_search.Found]:
-    """Return the best plan that is found for each scenario, from what the policies did."""
+    """Return the best plan found for each scenario, starting from the policies' actions."""
     limit = config.max_episode_steps
     policies = [make_policy(spec, **stretch.allowed._asdict()) for spec in stretch.specs]
     drives = [
@@ -117,5 +117,5 @@ def _actions(speeds_mps: Floats, config: Config) -> Floats:
 
 
 def _lengthened(actions: Floats, length: int) -> Floats:
-    """Return a plan that drives on at full speed where it would have ended."""
+    """Return a plan extended at full speed."""
     return np.concatenate([actions, np.ones(length - len(actions))])

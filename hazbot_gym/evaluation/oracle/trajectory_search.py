@@ -1,13 +1,13 @@
-"""The best that was found in a scenario whose people react: a search in the simulator itself.
+"""Offline trajectory search: the best plan found for a scenario with reactive people.
 
-Where people answer to the robot the future depends on what it does, and no exact optimum is known.
-But a scenario can be driven through as often as one likes: it is the same every time. The search
-keeps the best plan so far, changes it a little in every world of a batch at once, and keeps the
-best of these (an evolution strategy, (1 + lambda) with elitism; Rechenberg 1973). Its changes are
-those that matter to a drive: another speed for a while, a wait that is put in, or taken out.
+If people react to the robot, the future depends on its actions, and no exact optimum is known. But
+a scenario is deterministic and can be simulated any number of times. The search keeps the best plan
+so far, mutates it in every world of a batch, and keeps the best result (a (1 + lambda) evolution
+strategy with elitism; Rechenberg 1973). Mutations set a segment to another speed, or insert or
+remove a wait.
 
-It begins with what some policies did and so ends no lower than any of them. What it finds is a
-lower bound of the optimum and knows the future; a part of its lead is nobody's to have.
+It starts from the action sequences of given policies and so ends no lower than any of them. The
+result is a lower bound of the optimum and knows the future, so part of its lead is unattainable.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from hazbot_gym.config import Config
 from hazbot_gym.core.state import Floats, Ints
 from hazbot_gym.envs.vector import CorridorVectorEnv
 
-SPEEDS = (-1.0, -0.5, 0.0, 0.5, 1.0)  # actions that a stretch of a plan may be set to
-MEAN_STRETCH = 12  # decisions that a change lasts, geometrically distributed
+SPEEDS = (-1.0, -0.5, 0.0, 0.5, 1.0)  # actions available to a mutation
+MEAN_STRETCH = 12  # mean length of a mutation in decisions, geometrically distributed
 LONGEST_STRETCH = 80
 
 
 class Effort(NamedTuple):
-    """How hard is searched."""
+    """Search budget."""
 
-    worlds: int = 96  # lambda, plans that are tried at once
+    worlds: int = 96  # lambda, plans evaluated in parallel
     rounds: int = 80
 
 
 class Found(NamedTuple):
-    """The best plan and what it earns."""
+    """The best plan and its return."""
 
     actions: Floats  # (T,) in [-1, 1]
     value: float  # its return
@@ -47,14 +47,14 @@ def search(
     rng: np.random.Generator,
     effort: Effort,
 ) -> Found:
-    """Return the best plan that is found for the scenario of a seed.
+    """Return the best plan found for the scenario of a seed.
 
     Args:
         config: of the environment, with continuous actions.
         seed: of the reset.
-        starts: (S, T) actions in [-1, 1] that the search begins with, at most as many as worlds.
-        rng: source of the changes.
-        effort: how hard is searched.
+        starts: (S, T) actions in [-1, 1] of the initial plans, at most as many as worlds.
+        rng: random generator of the mutations.
+        effort: search budget.
     """
     worlds = CorridorVectorEnv(effort.worlds, config, threads=1, autoreset_mode="Disabled")
     plans = np.resize(starts, (effort.worlds, starts.shape[1]))
@@ -72,7 +72,7 @@ def search(
 
 
 def _play(worlds: CorridorVectorEnv, seed: int, plans: Floats) -> tuple[Floats, Ints]:
-    """Return what each world's plan earns in the same scenario, and how many decisions it takes."""
+    """Return each plan's return in the same scenario, and its number of decisions."""
     count, live = len(plans), np.ones(len(plans), np.bool_)
     returns, lengths = np.zeros(count), np.zeros(count, np.int64)
     worlds.reset(seed=[seed] * count)
@@ -88,7 +88,7 @@ def _play(worlds: CorridorVectorEnv, seed: int, plans: Floats) -> tuple[Floats, 
 
 
 def _changed(plan: Floats, count: int, length: int, rng: np.random.Generator) -> Floats:
-    """Return plans that differ from one in a stretch or two within its first decisions."""
+    """Return mutations of a plan, with one or two changed segments in its first decisions."""
     plans = np.repeat(plan[None], count, axis=0)
     for row in plans:
         for _ in range(1 + rng.integers(2)):
@@ -97,7 +97,7 @@ def _changed(plan: Floats, count: int, length: int, rng: np.random.Generator) ->
 
 
 def _change(row: npt.NDArray[np.float64], length: int, rng: np.random.Generator) -> None:
-    """Set a stretch of a plan to another speed, take it out, or put a wait in before it."""
+    """Set a segment of a plan to another speed, remove it, or insert a wait before it."""
     first = int(rng.integers(length))
     stretch = min(int(rng.geometric(1.0 / MEAN_STRETCH)), LONGEST_STRETCH, len(row) - first - 1)
     if stretch < 1:

@@ -1,13 +1,14 @@
-"""How sure a number is if training was luck as well: seeds and scenarios resampled crosswise.
+"""Crossed (pigeonhole) bootstrap: confidence intervals over training seeds and scenarios.
 
 The scores of a learned policy are a matrix (R, N): one row per training seed, one column per
 scenario; all seeds meet the same scenarios. The run of seed r in scenario n enters a resample
 ``a_r b_n`` times, where a counts the draws of R seeds with replacement and b, independently, those
 of the scenarios within each set: the pigeonhole bootstrap of Owen (2007, Annals of Applied
-Statistics 1). Resampling the scenarios alone would only speak of these very seeds, and resampling
-runs as if they were independent would be sure of too much. A deterministic policy has one row.
+Statistics 1). Resampling the scenarios alone would describe these seeds only, and resampling runs
+as if they were independent would give intervals that are too narrow. A deterministic policy has one
+row.
 
-A run that is not finite is not defined there and counts nowhere, as in ``statistics``.
+A score that is not finite counts as undefined and is left out, as in ``intervals``.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ RESAMPLES_AT_A_TIME = 64  # weights of all runs, held at once; few enough to sta
 
 
 class CrossedDraws(NamedTuple):
-    """How often each training seed and each scenario enters each of B resamples."""
+    """Counts of each training seed and each scenario in each of B resamples."""
 
     seeds: Floats  # (B, R)
     scenarios: Floats  # (B, N), shared by all policies that are compared
@@ -51,12 +52,13 @@ def crossed_draws(
     """Draw the scenarios once for all policies, and for each policy its training seeds.
 
     A policy of one seed in sets of one scenario each leaves nothing to resample: its seed's counts
-    are NaN, and with them every interval and p-value. A width of 0 would be certainty from a single
-    episode.
+    are NaN, and with them every interval and p-value. A width of 0 would claim certainty from a
+    single episode.
 
     Args:
         strata: (N,) label of each scenario's set; each set is resampled by itself, at its size.
-        seeds: number of training seeds R of each policy; of one with 1 the scenarios alone vary.
+        seeds: number of training seeds R of each policy; with R = 1 only the scenarios are
+            resampled.
         rng: source of the draws. The scenarios are drawn first, as ``scenario_draws`` does.
         resamples: number of resamples B.
     """
@@ -79,11 +81,11 @@ def each_once(draws: CrossedDraws) -> CrossedDraws:
 
 
 def score_matrix(scores: npt.ArrayLike, draws: CrossedDraws) -> Floats:
-    """Return scores (R, N), or (N,) of one seed, as the matrix (R, N) that the draws are of.
+    """Return scores (R, N), or (N,) of one seed, as a matrix (R, N) that fits the draws.
 
     Raises:
-        ValueError: they are of other seeds or scenarios. Draws of one seed would fit a matrix of
-            many, and take training for no luck at all.
+        ValueError: the numbers of seeds or scenarios differ. Draws of one seed would broadcast to a
+            matrix of many and ignore the variance of training.
     """
     matrix = np.atleast_2d(np.asarray(scores, dtype=float))
     drawn = (draws.seeds.shape[1], draws.scenarios.shape[1])
@@ -93,7 +95,7 @@ def score_matrix(scores: npt.ArrayLike, draws: CrossedDraws) -> Floats:
 
 
 def crossed_mean(scores: npt.ArrayLike, draws: CrossedDraws) -> Floats:
-    """Return each resample's mean ``sum_rn a_r b_n x_rn / sum_rn a_r b_n``, (B,)."""
+    """Return the mean of each resample, ``sum_rn a_r b_n x_rn / sum_rn a_r b_n``, (B,)."""
     mean: Floats = crossed_means(score_matrix(scores, draws)[None], draws)[0]
     return mean
 
@@ -101,7 +103,7 @@ def crossed_mean(scores: npt.ArrayLike, draws: CrossedDraws) -> Floats:
 def crossed_means(scores: Floats, draws: CrossedDraws) -> Floats:
     """Return the crossed means of several metrics, (M, B), of scores (M, R, N).
 
-    All in one matrix product: one by one, each would wait for all draws to come from memory.
+    All in one matrix product, which reads the draws from memory only once.
     """
     metrics, seeds, scenarios = scores.shape
     flat = scores.reshape(metrics * seeds, scenarios)
@@ -124,7 +126,7 @@ def crossed_estimate(
     Args:
         scores: (R, N), or (N,) of one seed.
         draws: from ``crossed_draws``, or ``pair_draws`` where the scores compare two policies.
-        statistic: what is estimated; the mean unless given.
+        statistic: the statistic; default the mean.
         confidence: nominal coverage of the interval.
     """
     value = float(statistic(scores, each_once(draws))[0])
@@ -143,11 +145,11 @@ def crossed_estimates(
 
 
 def run_weights(runs: Ints, draws: CrossedDraws) -> Iterator[Floats]:
-    """Yield the weights ``a_r b_n`` of runs, (b, M), for some resamples after the other.
+    """Yield the weights ``a_r b_n`` of runs, (b, M), in batches of resamples.
 
     Args:
-        runs: (M,) flat indices into the score matrix, in the order in which weights are wanted.
-        draws: B resamples, of which ``RESAMPLES_AT_A_TIME`` come at once.
+        runs: (M,) flat indices into the score matrix, in the order of the returned weights.
+        draws: B resamples, in batches of ``RESAMPLES_AT_A_TIME``.
     """
     rows, columns = np.divmod(runs, draws.scenarios.shape[1])
     for start in range(0, len(draws.seeds), RESAMPLES_AT_A_TIME):

@@ -1,9 +1,9 @@
-"""How much a family of policies achieves on two axes at once, of both of which less is better.
+"""Hypervolume of a family of policies on two axes, both to be minimized.
 
 A policy trades time against intrusion, so a family is a front: a policy for every value of its
 parameter. Its hypervolume (Zitzler and Thiele 1998) is the area between the front and a reference
-point that is worse than all. Luck that its points do not share pushes a front outwards on average,
-the more the more points there are; compare families of as many points, in the same scenarios.
+point that is worse than all. Independent noise of the points biases a front outwards, increasingly
+with more points; compare families of equal size, in the same scenarios.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from hazbot_gym.evaluation.statistics.intervals import Estimate, percentile_inte
 
 
 class Point(NamedTuple):
-    """A policy of a family: what it scores on the two axes.
+    """A policy of a family: its scores on the two axes.
 
     Attributes:
         time_ratio: (R, N) of R seeds in N scenarios.
         intrusion: (R, N) likewise.
-        draws: of these seeds, and of the scenarios that all points of all fronts share.
+        draws: of these seeds, and of the scenarios, which all points of all fronts share.
     """
 
     time_ratio: npt.ArrayLike
@@ -37,7 +37,7 @@ Front = Sequence[Point]
 
 
 def pareto_set(points: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-    """Tell which points (K, 2) no other is at least as good as on both axes and better on one."""
+    """Return True for each Pareto-optimal point of (K, 2), both axes minimized."""
     p = np.asarray(points, dtype=float)
     no_worse = (p[:, None] <= p[None]).all(axis=-1)
     better = (p[:, None] < p[None]).any(axis=-1)
@@ -46,12 +46,12 @@ def pareto_set(points: npt.ArrayLike) -> npt.NDArray[np.bool_]:
 
 
 def hypervolume(points: npt.ArrayLike, reference: npt.ArrayLike) -> Floats:
-    """Return the area that points dominate up to a reference point.
+    """Return the area dominated by points up to a reference point.
 
     With points sorted by x, ``sum_k (x_(k+1) - x_k) (y_ref - min_(j <= k) y_j)``, x_(K+1) = x_ref.
 
     Args:
-        points: (..., K, 2); what lies beyond the reference point adds nothing.
+        points: (..., K, 2); points beyond the reference point add nothing.
         reference: (2,).
 
     Returns:
@@ -78,7 +78,7 @@ def front_hypervolume(
 def hypervolume_difference(
     ours: Front, theirs: Front, reference: npt.ArrayLike, *, confidence: float = 0.95
 ) -> Estimate:
-    """Estimate how much larger our hypervolume is, paired if both share their scenario draws."""
+    """Estimate the difference of two hypervolumes, paired if both share their scenario draws."""
     return percentile_interval(
         _of_data(ours, reference) - _of_data(theirs, reference),
         _of_resamples(ours, reference) - _of_resamples(theirs, reference),

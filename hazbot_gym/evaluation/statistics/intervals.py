@@ -1,8 +1,8 @@
-"""How sure a number is: intervals for rates and means, and differences of paired policies.
+"""Confidence intervals for rates, means and differences of paired policies.
 
-All resampling is over scenarios (a deterministic policy has no other source of luck; for several
+All resampling is over scenarios (the only source of variance of a deterministic policy; for several
 training seeds see ``crossed_bootstrap``) and takes an explicit generator. One draw of scenarios
-serves every metric and every policy, so that what is paired stays paired.
+serves every metric and every policy, so that pairs are kept.
 """
 
 from __future__ import annotations
@@ -21,8 +21,7 @@ RESAMPLES = 2000
 class Estimate(NamedTuple):
     """A mean or other statistic, and its interval.
 
-    All are NaN where there was nothing to average; the ends alone where nothing can be
-    resampled.
+    All are NaN without any value to average; only the bounds are NaN if nothing can be resampled.
     """
 
     mean: float
@@ -31,7 +30,7 @@ class Estimate(NamedTuple):
 
 
 def wilson(successes: float, trials: int, *, confidence: float = 0.95) -> Estimate:
-    """Estimate a rate with the interval of Wilson (1927), sound also at 0 and at 100 %.
+    """Estimate a rate with the Wilson score interval (1927), valid also at 0 and at 100 %.
 
     ``(p + z^2/2n -+ z sqrt(p (1 - p)/n + z^2/4n^2)) / (1 + z^2/n)``
     """
@@ -49,11 +48,11 @@ def wilson(successes: float, trials: int, *, confidence: float = 0.95) -> Estima
 def scenario_draws(
     strata: npt.ArrayLike, rng: np.random.Generator, *, resamples: int = RESAMPLES
 ) -> Floats:
-    """Draw how often each scenario enters each resample: (resamples, n) counts.
+    """Draw the count of each scenario in each resample, (resamples, n).
 
     Args:
-        strata: (n,) label of each scenario's set; each set is resampled by itself, at its size.
-        rng: source of the draws.
+        strata: (n,) label of each scenario's set; each set is resampled separately, at its size.
+        rng: random generator.
         resamples: number of resamples B.
     """
     labels = np.asarray(strata)
@@ -69,7 +68,7 @@ def bootstrap_mean(values: npt.ArrayLike, draws: Floats, *, confidence: float = 
     """Estimate a mean with the percentile bootstrap of Efron (1979).
 
     Args:
-        values: (n,) one number per scenario; NaN marks a scenario in which it is not defined.
+        values: (n,) one number per scenario; NaN if undefined.
         draws: (B, n) counts from ``scenario_draws``.
         confidence: nominal coverage of the interval.
     """
@@ -80,7 +79,7 @@ def bootstrap_mean(values: npt.ArrayLike, draws: Floats, *, confidence: float = 
 
 
 def sums_of_defined(values: Floats, draws: Floats) -> tuple[Floats, Floats]:
-    """Sum over each resample what is finite, and count it.
+    """Return the sum and count of finite values in each resample.
 
     Args:
         values: (n,) or (R, n) numbers, a column per scenario.
@@ -105,11 +104,11 @@ def ratio(numerator: Floats, denominator: Floats) -> Floats:
 
 
 def percentile_interval(value: float, resampled: Floats, *, confidence: float = 0.95) -> Estimate:
-    """Put the percentile interval of Efron (1979) around a statistic.
+    """Return a statistic with its percentile interval (Efron 1979).
 
     Args:
         value: the statistic of the data.
-        resampled: (B,) the statistic of each resample; NaN where it had nothing to average.
+        resampled: (B,) the statistic of each resample; NaN without any value to average.
         confidence: nominal coverage of the interval.
     """
     defined = resampled[np.isfinite(resampled)]

@@ -1,9 +1,9 @@
-"""Two policies in the same scenarios: the scores of every pair of their training seeds.
+"""Paired scores of two policies in the same scenarios, for every pair of training seeds.
 
-Seeds of two policies have nothing to do with each other, so each of ours (R) meets each of theirs
-(S). A comparison is again a score matrix, (R S, N), on which every statistic of the crossed
-bootstrap works: the mean of ``differences`` is the paired difference, the mean of ``improvements``
-the probability of improvement.
+Seeds of two policies are independent, so each of ours (R) is paired with each of theirs (S). The
+result is again a score matrix, (R S, N), for every statistic of the crossed bootstrap: the mean of
+``differences`` is the paired difference, the mean of ``improvements`` the probability of
+improvement.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from hazbot_gym.evaluation.statistics.crossed_bootstrap import CrossedDraws
 
 
 def pair_draws(ours: CrossedDraws, theirs: CrossedDraws) -> CrossedDraws:
-    """Return how often each pair of seeds enters each resample, beside the scenarios of both.
+    """Return the count of each pair of seeds in each resample, with the shared scenario counts.
 
     Raises:
-        ValueError: the scenarios of the two were drawn apart, so nothing is paired.
+        ValueError: the two have different scenario draws, so that nothing is paired.
     """
-    shared = ours.scenarios is theirs.scenarios  # as a rule, and known without a look at them
+    shared = ours.scenarios is theirs.scenarios  # the usual case, known without comparing values
     if not (shared or np.array_equal(ours.scenarios, theirs.scenarios)):
         raise ValueError("draws: given two draws of scenarios, allowed is one that both share")
     pairs = ours.seeds[:, :, None] * theirs.seeds[:, None, :]
@@ -36,11 +36,11 @@ def differences(ours: npt.ArrayLike, theirs: npt.ArrayLike) -> Floats:
 
 
 def improvements(ours: npt.ArrayLike, theirs: npt.ArrayLike) -> Floats:
-    """Return where ours is more, ``1[x_rn > y_sn] + 1[x_rn = y_sn] / 2``, (R S, N).
+    """Return the indicator of ours being larger, ``1[x_rn > y_sn] + 1[x_rn = y_sn] / 2``, (R S, N).
 
     Its mean is the probability of improvement P(X > Y) within scenarios, the average over tasks of
-    Agarwal et al. (2021) with every scenario a task. Where less is better, exchange the arguments.
-    Infinite scores can be compared and count; NaN does not.
+    Agarwal et al. (2021) with every scenario a task. If less is better, exchange the arguments.
+    Infinite scores count; NaN does not.
     """
     x, y = _seed_pairs(ours, theirs)
     wins = np.where(np.isnan(x) | np.isnan(y), np.nan, (x > y) + 0.5 * (x == y))

@@ -1,7 +1,7 @@
-"""Who is beaten outright: policies trade time against intrusion, so single numbers rank nobody.
+"""Pareto dominance of policies, which trade time against intrusion.
 
-A policy is dominated if another one is better on both axes beyond their intervals. That is a
-cautious test: intervals that overlap can still hide a difference between paired episodes.
+A policy is dominated if another policy is better on both axes with disjoint intervals. This test is
+conservative: overlapping intervals can still hide a difference between paired episodes.
 """
 
 from __future__ import annotations
@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-AXES = ("time_ratio", "kinetic_intrusion_m2")  # of both, less is better
+AXES = ("time_ratio", "kinetic_intrusion_m2")  # both are minimized
 
 Metrics = Mapping[str, Mapping[str, float | None]]
 
 
 def dominated(policies: Mapping[str, Mapping[str, Any]]) -> dict[str, list[str]]:
-    """Return by whom each policy is dominated, nobody's name for most.
+    """Return the dominating policies of each policy; an empty list if it is Pareto-optimal.
 
     Args:
         policies: a set of a study's summary: each policy's ``metrics`` with mean, low and high.
@@ -28,7 +28,7 @@ def dominated(policies: Mapping[str, Mapping[str, Any]]) -> dict[str, list[str]]
 
 
 def dominates(ours: Metrics, theirs: Metrics) -> bool:
-    """Tell whether we are better on both axes, with intervals that do not touch."""
+    """Return True if ours is better on both axes, with disjoint intervals."""
     return all(_is_less(ours[axis]["high"], theirs[axis]["low"]) for axis in AXES)
 
 

@@ -1,14 +1,14 @@
-"""How far policies are from the best that could have been done, scenario by scenario.
+"""Regret of policies relative to the oracle, scenario by scenario.
 
-With J and T a policy's return and time ratio, J* and T* those of the yardstick in the same
+With J and T a policy's return and time ratio, J* and T* the same of the oracle in the same
 scenario, J_c the return of the best constant speed and T_r the time ratio of the reference:
 
     regret            mean(J* - J)
-    normalised        mean(J - J_c) / mean(J* - J_c)      0 the constant speed, 1 the yardstick
+    normalised        mean(J - J_c) / mean(J* - J_c)      0 the constant speed, 1 the oracle
     avoidable delay   mean(T - T*)
     delay removed     1 - mean(T - T*) / mean(T_r - T*)   of the reference's avoidable delay
 
-Intervals are of the crossed bootstrap, ratios formed anew in every resample.
+Intervals come from the crossed bootstrap; ratios are formed in every resample.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ def regrets(
     rows: pd.DataFrame, best: pd.DataFrame, names: tuple[str, ...], reference: str,
     *, resamples: int, confidence: float, seed: int,
 ) -> dict[str, Any]:  # fmt: skip
-    """Return each policy's distance from the yardstick, and the yardstick's own figures.
+    """Return each policy's regret relative to the oracle, and the oracle's own results.
 
     Args:
         rows: of the policies, in any scenarios.
-        best: of the yardstick, in those scenarios that count.
+        best: of the oracle, in the scenarios that count.
         names: of the policies.
-        reference: whose avoidable delay others are held against.
+        reference: policy whose avoidable delay is the reference.
         resamples: of the bootstrap.
         confidence: nominal coverage of the intervals.
         seed: of the draws.
@@ -87,7 +87,7 @@ def regrets(
 
 
 def _scores(rows: pd.DataFrame, best: pd.DataFrame) -> dict[str, Floats]:
-    """Return a policy's scores (training seeds, scenarios) in the scenarios of the yardstick."""
+    """Return a policy's scores (training seeds, scenarios) in the scenarios of the oracle."""
     keys = ["scenario_set", "episode"]
     table = rows.set_index([*keys, "training_seed"])[["return", "time_ratio"]].unstack()
     mine = table.loc[list(best[keys].itertuples(index=False, name=None))]

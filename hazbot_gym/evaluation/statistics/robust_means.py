@@ -1,7 +1,7 @@
-"""Means of a part of the runs: the middle half, which no outlier moves, and the worst few.
+"""Interquartile mean and conditional value at risk (CVaR), with bootstrap weights.
 
 With Q the quantile function of the scores, all are ``1 / (high - low) int_low^high Q(u) du``. A run
-at the edge of the part counts with the share of it that lies inside.
+at a boundary counts with the fraction inside.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ def quantile_mean(low: float, high: float) -> Statistic:
 
 
 def interquartile_mean(scores: npt.ArrayLike, draws: CrossedDraws) -> Floats:
-    """Return each resample's mean of the middle half of all runs, IQM (Agarwal et al. 2021), (B,).
+    """Return the interquartile mean (IQM, Agarwal et al. 2021) of each resample, (B,).
 
-    They drop whole runs, as ``scipy.stats.trim_mean`` does. It is the same wherever the number of
-    runs is divisible by 4.
+    Agarwal et al. drop whole runs, as ``scipy.stats.trim_mean`` does; both definitions agree if the
+    number of runs is divisible by 4.
     """
     return quantile_mean(0.25, 0.75)(scores, draws)
 
@@ -51,7 +51,7 @@ def conditional_value_at_risk(alpha: float, *, worst: Literal["low", "high"]) ->
 
     Args:
         alpha: the share, in (0, 1].
-        worst: which end is bad, ``low`` for a clearance, ``high`` for an intrusion.
+        worst: the bad end, ``low`` for a clearance, ``high`` for an intrusion.
     """
     return quantile_mean(0.0, alpha) if worst == "low" else quantile_mean(1.0 - alpha, 1.0)
 
