@@ -1,8 +1,8 @@
-"""The answer of a study in one sentence: when is a learned policy better than the reference?
+"""One-sentence verdict: the sets in which a learned policy beats the reference.
 
 A policy is better in a scenario set where the interval of its paired gain in return lies above 0,
 and worse where it lies below 0; all other sets, such as those of a single scenario, are undecided.
-Of several learned policies the one that earns most is compared, and called the best of them.
+Of several learned policies, the one with the largest return is compared.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.headline import headline, pooled_sets
 
-LEARNED = ("learned", "ppo")  # policies of the register that were trained
+LEARNED = ("learned", "ppo")  # learned policies of the register
 _COMPARED = (
     ("time_ratio", "time ratio {:.3f} against {:.3f}", 1),
     ("kinetic_intrusion_m2", "kinetic intrusion {:.4f} against {:.4f} m²", 1),
@@ -55,7 +55,7 @@ def learned(study: StudyConfig) -> list[str]:
 
 
 def _where(summary: Mapping[str, Any], study: StudyConfig, policy: str) -> str:
-    """Return in which sets a policy earns more than the reference, and in which less."""
+    """Return the sets with a gain over the reference, and the sets with a loss."""
     pooled = pooled_sets(study)
     gains = {
         name: block[policy]["return_gain"]

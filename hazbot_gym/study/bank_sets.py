@@ -1,8 +1,8 @@
-"""Which sets the scenario bank consists of: where, with whom, how many.
+"""Definition of the scenario bank's sets: environment, people, number of scenarios.
 
 A study names them ``bank:test``, ``bank:ood/faster`` or ``bank:test/Crossing``: a group, all groups
-of a split, or a single set. Figures stand here as numbers and do not follow the defaults of
-``config.py``: what is frozen is not to move with them.
+of a split, or a single set. Values are literal numbers and do not follow the defaults of
+``config.py``, so that the frozen scenarios stay fixed.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from hazbot_gym.envs.registration import NAMESPACE
 from hazbot_gym.errors import InvalidInput
 
 PREFIX = "bank:"  # of names in a study's ``sets``
-ROOT = 20261130  # of the seeds of the bank's scenarios, and of nothing else
+ROOT = 20261130  # root of the seeds of the bank's scenarios alone
 MANY, FEW = 250, 100  # scenarios of a set
 
 PATTERNS = tuple(pattern.capitalize() for pattern in PATTERN_NAMES)
-# One follows the other, so that each pattern is once the first person's and once the others'.
+# Cyclic pairs: each pattern occurs once for the first person and once for the others.
 PAIRS = tuple(zip(PATTERNS, (*PATTERNS[1:], PATTERNS[0]), strict=True))
 
-# 1.3 times the defaults; as there, nobody walks faster than 2.2 m/s
+# 1.3 times the defaults, with the same cap of 2.2 m/s
 _FASTER = {"mean_mps": 1.742, "sd_mps": 0.338, "leader_low_mps": 0.195, "leader_high_mps": 0.585}
-_BLIND = {"gain": 1.0, "range_m": 0.0, "attraction_mps2": 0.0}  # notices nothing before it touches
-_ROUGH = {  # noise: three times the default; the default tracker misses nobody, this one 3 of 10
+_BLIND = {"gain": 1.0, "range_m": 0.0, "attraction_mps2": 0.0}  # does not react before contact
+_ROUGH = {  # noise: three times the default; misses 30 % of people instead of none
     "ultrasonic": {"noise_m": 0.09},
     "tracker": {"position_noise_m": 0.09, "velocity_noise_mps": 0.15, "dropout": 0.3},
 }
@@ -43,11 +43,11 @@ class BankSet(NamedTuple):
 
 
 class Group(NamedTuple):
-    """Sets that belong together.
+    """Group of related sets.
 
     Attributes:
-        meaning: What they are for, or what differs in them from what policies are trained on.
-        episodes: How many scenarios each set has.
+        meaning: Purpose, or the difference from the training distribution.
+        episodes: Number of scenarios per set.
         sets: Preset and overrides of each, by name.
     """
 
@@ -57,12 +57,12 @@ class Group(NamedTuple):
 
 
 def _in(presets: Iterable[str], **overrides: Any) -> dict[str, tuple[str, Mapping[str, Any]]]:
-    """Return sets that differ from presets in the same config values, named as the presets are."""
+    """Return sets of presets with the same config overrides, under the presets' names."""
     return {preset: (preset, overrides) for preset in presets}
 
 
 def _pair(first: str, second: str) -> tuple[str, Mapping[str, Any]]:
-    """Return a set in which the first person shows one pattern and all others another."""
+    """Return a set in which the first person has one pattern and all others a second pattern."""
     mix = [float(pattern == second) for pattern in PATTERNS]
     return first, {"people": {"count": [2, 4], "mix": mix}}
 
@@ -102,7 +102,7 @@ BANK_SETS = tuple(
 
 
 def size(group: Group) -> str:
-    """Return how many sets of how many scenarios a group has, in words for a list."""
+    """Return the size of a group (sets, scenarios) as text."""
     return f"{len(group.sets)} x {group.episodes}"
 
 
@@ -110,11 +110,11 @@ def select(name: str, overrides: Mapping[str, Any] | None = None) -> list[dict[s
     """Return the sets of a split, a group or a name, as fields of ``config.ScenarioSet``.
 
     Args:
-        name: What their names are or begin with.
+        name: Name of a set, or a prefix of names.
         overrides: Further config values, such as ``{"tier": "sonar"}``.
 
     Raises:
-        InvalidInput: There are none.
+        InvalidInput: No set has this name.
     """
     found = [each for each in BANK_SETS if f"{each.name}/".startswith(f"{name}/")]
     if not found:

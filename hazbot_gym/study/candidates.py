@@ -1,10 +1,10 @@
-"""Who takes part in a study: policies as given, families tuned first, and learners trained first.
+"""Candidates of a study: fixed policies, rule families tuned first, and learners trained first.
 
     OUT/tuned/FAMILY.json   a search on validation scenarios
     OUT/trained/NAME/SEED/  a training run
 
-Searches and runs are jobs that go side by side, one core each. Each resumes by itself, so a killed
-study goes on with what is left of them.
+Searches and runs are parallel jobs, one core each. Each resumes by itself, so that a killed study
+continues with the unfinished part.
 """
 
 from __future__ import annotations
@@ -34,21 +34,21 @@ _FILE = spec_of("learned", {"path": ""})
 
 
 class Entrant(NamedTuple):
-    """A policy under its name, as what ``policies.base.make`` takes."""
+    """Candidate: a name and the argument of ``policies.base.make``."""
 
     name: str
-    specs: tuple[str, ...]  # of a learner one for each training seed
+    specs: tuple[str, ...]  # one per training seed of a learner
 
 
 class Job(NamedTuple):
-    """Something to be done before a study can begin; a function and arguments that pickle."""
+    """Preparatory job of a study; a picklable function with arguments."""
 
     run: Callable[..., Any]
     arguments: tuple[Any, ...]
 
 
 def check(study: StudyConfig, allowed: Permissions = NO_CODE) -> None:
-    """Check that all who are to be tuned or trained can be.
+    """Check that all families can be tuned and all learners trained.
 
     Raises:
         InvalidInput: there is no such family, or a learner's training file, changes or seeds
@@ -76,15 +76,15 @@ def jobs(
     allowed: Permissions = NO_CODE,
     console: Console | None = None,
 ) -> list[Job]:
-    """Return what is still to be done; learners first, which take longest.
+    """Return the unfinished jobs; learners first, since they take longest.
 
-    A search of other code or data is begun anew, as shards are, and a run of other data.
+    A search with changed code or data restarts, as shards do; so does a run with changed data.
 
     Args:
-        study: what is run.
+        study: the study.
         out: its folder.
-        allowed: what a teacher may run.
-        console: where is said what is begun anew; None for nowhere.
+        allowed: permissions of a teacher.
+        console: output for restart messages; None for silence.
     """
     console = console or Console(quiet=True)
     return [*_trainings(study, out, allowed, console), *_searches(study, out, console)]
@@ -93,7 +93,7 @@ def jobs(
 def _trainings(
     study: StudyConfig, out: Path, allowed: Permissions, console: Console
 ) -> Iterator[Job]:
-    """Yield the training runs that are not done, or whose results are damaged or outdated."""
+    """Yield the training runs that are unfinished, damaged or outdated."""
     for learner in study.learners:
         read = digests(of_training(training_of(learner, 0), allowed))
         for k in range(learner.seeds):
@@ -111,7 +111,7 @@ def _trainings(
 
 
 def _searches(study: StudyConfig, out: Path, console: Console) -> Iterator[Job]:
-    """Yield the searches that are not done."""
+    """Yield the unfinished searches."""
     if not study.tuned:
         return
     from hazbot_gym.study import tuning
@@ -129,7 +129,7 @@ def _searches(study: StudyConfig, out: Path, console: Console) -> Iterator[Job]:
 
 
 def entrants(study: StudyConfig, out: Path) -> list[Entrant]:
-    """Return all who take part; every job must be done."""
+    """Return all candidates; requires that every job is finished."""
     tuned = [read_json(out / TUNED / f"{family}.json")["best"]["policy"] for family in study.tuned]
     trained = [
         tuple(
@@ -143,7 +143,7 @@ def entrants(study: StudyConfig, out: Path) -> list[Entrant]:
 
 
 def swept(study: StudyConfig) -> list[Entrant]:
-    """Return the policies that are there for the fronts alone."""
+    """Return the policies that only serve the fronts."""
     families = study.fronts.swept.values() if study.fronts else ()
     names = dict.fromkeys(policy for family in families for policy in family)
     return [Entrant(name, (name,)) for name in names if name not in study.names]
@@ -158,7 +158,7 @@ def portable(found: list[Entrant], out: Path) -> dict[str, list[str]]:
 def training_of(learner: Learner, k: int) -> TrainConfig:
     """Return the training run of a learner's k-th seed.
 
-    Changes go into sections: ``overrides: {reward: {burden: 0}}`` leaves other overrides be.
+    Changes merge into sections: ``overrides: {reward: {burden: 0}}`` keeps other overrides.
     """
     values = merge(read_yaml(learner.config, "config"), learner.changes)
     values |= {"steps": learner.steps} if learner.steps else {}
@@ -166,12 +166,12 @@ def training_of(learner: Learner, k: int) -> TrainConfig:
 
 
 def folder_of(learner: Learner, k: int, out: Path) -> Path:
-    """Return where the run of a learner's k-th seed is."""
+    """Return the folder of the run of a learner's k-th seed."""
     return out / TRAINED / file_name(learner.name) / str(k)
 
 
 def trainings(study: StudyConfig, out: Path) -> list[Training]:
-    """Return what every learner of a finished study took."""
+    """Return the training costs of every learner of a finished study."""
     found = []
     for learner in study.learners:
         results = [

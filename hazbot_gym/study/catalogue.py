@@ -1,4 +1,4 @@
-"""What there is: environments, named scenarios, the bank and policies, for ``hazbot list``."""
+"""Catalogue of environments, named scenarios, the bank and policies, for ``hazbot list``."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def tables() -> Iterator[FittedTable]:
 
 
 def _described(config: Config) -> str:
-    """Return where a scenario takes place, with which drive, and how its walker walks."""
+    """Return a scenario's place, drive and walker as text."""
     drive = "ideal drive" if config.drive.wheel_loop == "ideal" else f"motor {config.drive.plant}"
     walkers = [
         f"one walker from ({one.x_m:.3f}, {one.y_m:.3f}) m at ({one.vx_mps:.3f}, {one.vy_mps:.3f}) "

@@ -1,7 +1,7 @@
-"""What a study consists of: policies, scenario sets, how many episodes, which thresholds.
+"""Study configuration: policies, scenario sets, numbers of episodes, thresholds.
 
 A study file (``configs/*.yaml``) holds deltas on the defaults below. Two studies with equal values
-are the same study, wherever and with however many workers they run.
+are the same study, on any machine and with any number of workers.
 """
 
 from __future__ import annotations
@@ -51,15 +51,15 @@ DEFAULT_POLICIES = (
 
 
 class Learner(Section):
-    """A policy that a study trains itself, once for each of several seeds."""
+    """A policy trained by the study, once per training seed."""
 
     name: Annotated[str, MinLen(1)]
     config: Annotated[
         Path, Loose
-    ]  # training file; a relative path in a study file is from where that file is
-    seeds: Annotated[int, Ge(1), Le(1000)] = 10  # the file's seed and those after it
-    steps: Steps | None = None  # decisions in all; None: the file's
-    changes: dict[str, Any] = Field(default_factory=dict)  # laid over the file, by section
+    ]  # training file; relative to the study file
+    seeds: Annotated[int, Ge(1), Le(1000)] = 10  # consecutive seeds from the file's seed
+    steps: Steps | None = None  # total decisions; None: as in the file
+    changes: dict[str, Any] = Field(default_factory=dict)  # overrides of the file, by section
 
     @field_validator("name")
     @classmethod
@@ -74,22 +74,22 @@ class Learner(Section):
 
 
 class Yardstick(Section):
-    """Sets in which policies are held against the oracle (``evaluation/oracle/runs.py``)."""
+    """Sets in which policies are compared with the oracle (``evaluation/oracle/runs.py``)."""
 
     sets: SomeNames  # names of sets, or what several begin with
-    episodes: Episodes = 25  # of each, the first ones
-    # of the search where people react: plans at once,
+    episodes: Episodes = 25  # first scenarios of each set
+    # of the search with reactive people: parallel plans,
     worlds: Annotated[int, Ge(1), Le(10_000)] = 96
-    rounds: Annotated[int, Ge(0), Le(10_000)] = 50  # and how often
+    rounds: Annotated[int, Ge(0), Le(10_000)] = 50  # and generations
 
 
 class Fronts(Section):
-    """Where families are compared over all values of their knobs (``front_summary.py``)."""
+    """Sets and families for the Pareto fronts over sweep parameters (``front_summary.py``)."""
 
     sets: SomeNames  # names of sets, or what several begin with
-    families: Names = ()  # of rules, swept as ``policies/knobs.py`` says
+    families: Names = ()  # of rules, swept as in ``policies/knobs.py``
     groups: dict[str, SomeNames] = Field(default_factory=dict)
-    # Time ratio and kinetic intrusion of the corner that areas are measured to.
+    # Reference point of the hypervolume: time ratio, kinetic intrusion.
     corner: Annotated[tuple[Positive, Positive], Loose] = (2.0, 0.1)
 
     @property
@@ -99,32 +99,32 @@ class Fronts(Section):
 
     @property
     def members(self) -> dict[str, tuple[str, ...]]:
-        """The policies of every front, swept families first; the first is what others are held to.
+        """The policies of every front, swept families first; the first family is the reference.
 
-        Groups are in the order of their names, which a file of results keeps.
+        Groups are sorted by name, as in the result files.
         """
         return self.swept | dict(sorted(self.groups.items()))
 
 
 class StudyConfig(Section):
-    """All that decides the numbers of a study; how it is run (workers, folder) is not in here."""
+    """All values that determine a study's results; workers and folder are not part of them."""
 
     policies: SomeNames = DEFAULT_POLICIES
-    tuned: Names = ()  # families of rules that are tuned on validation first
-    trials: Annotated[int, Ge(1), Le(100_000)] = 50  # of each of these searches
+    tuned: Names = ()  # rule families that are tuned on validation scenarios first
+    trials: Annotated[int, Ge(1), Le(100_000)] = 50  # of each search
     trial_episodes: Episodes = 100  # of each trial, in every family of people
     trial_overrides: dict[str, Any] = Field(default_factory=dict)  # such as ``tier: sonar``
-    learners: Annotated[tuple[Learner, ...], Loose] = ()  # policies that are trained first
-    shown: Names = ()  # who is in the report's plots and replays; none: everybody
+    learners: Annotated[tuple[Learner, ...], Loose] = ()  # learned policies
+    shown: Names = ()  # policies in the report's plots and replays; empty: all
     fronts: Fronts | None = None
     yardstick: Yardstick | None = None
-    reference: str | None = None  # policy that the others are compared with; None: the first
+    reference: str | None = None  # reference of all comparisons; None: the first policy
     sets: Annotated[tuple[ScenarioSet, ...], Loose, MinLen(1)] = DEFAULT_SETS
     tracks: Annotated[Path, Loose] | None = (
-        None  # folder of real tracks; adds the two sets among real people
+        None  # folder of real tracks; adds the two sets with real people
     )
-    episodes: Episodes = 100  # of every policy in every set that has as many
-    episodes_per_shard: Episodes = 250  # what an interruption may cost
+    episodes: Episodes = 100  # maximum per policy and set
+    episodes_per_shard: Episodes = 250  # lost by an interruption at most
     engine: Engine = "batched"
     seed: Seed = 0
     confidence: Annotated[float, Gt(0), Lt(1)] = 0.95  # nominal coverage of the intervals
@@ -158,7 +158,7 @@ class StudyConfig(Section):
     def _no_two_share_a_folder(cls, learners: tuple[Learner, ...]) -> tuple[Learner, ...]:
         found: dict[str, str] = {}
         for learner in learners:
-            # Some file systems tell neither cases nor ways to write an accent apart.
+            # Some file systems ignore case and Unicode normalization.
             folder = unicodedata.normalize("NFC", file_name(learner.name)).casefold()
             if folder in found:
                 raise ValueError(
@@ -170,16 +170,16 @@ class StudyConfig(Section):
 
     @property
     def all_sets(self) -> tuple[ScenarioSet, ...]:
-        """The sets to run: the declared ones, and those among real people if there are tracks."""
+        """The sets to run: the declared ones, and those with real people if tracks are given."""
         if not self.tracks:
             return self.sets
-        # Recordings are no part of the bank, but beside its scenarios their moments stay the same.
+        # Recordings are not part of the bank, but with it their start times are fixed as well.
         is_frozen = any(each.seed == bank_sets.ROOT for each in self.sets)
         return self.sets + track_sets(self.tracks, bank_sets.ROOT if is_frozen else None)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What all who take part are called: policies as given, families tuned, learners."""
+        """The names of all candidates: fixed policies, tuned families, learners."""
         return (
             *self.policies,
             *(f"{family}, tuned" for family in self.tuned),
@@ -188,17 +188,17 @@ class StudyConfig(Section):
 
     @property
     def shown_names(self) -> tuple[str, ...]:
-        """Who is in the report's plots and replays, the reference always."""
+        """The policies in the report's plots and replays, including the reference."""
         wanted = {*self.shown, self.reference_policy} if self.shown else set(self.names)
         return tuple(name for name in self.names if name in wanted)
 
     @property
     def reference_policy(self) -> str:
-        """The policy that the others are compared with."""
+        """The reference of all comparisons."""
         return self.reference or self.policies[0]
 
     def sets_named(self, names: Iterable[str]) -> tuple[ScenarioSet, ...]:
-        """Return the sets whose names are, or begin with, one of some names."""
+        """Return the sets that match any of some names or prefixes."""
         return tuple(
             each
             for each in self.all_sets
@@ -206,12 +206,12 @@ class StudyConfig(Section):
         )
 
     def episodes_in(self, scenarios: ScenarioSet) -> int:
-        """Return how many episodes of a set are run."""
+        """Return the number of episodes to run in a set."""
         return min(self.episodes, scenarios.episodes or self.episodes)
 
     def identity(self) -> str:
         """Return a hash that two studies share if and only if their values are equal."""
-        # Of training files the contents count, not where they are.
+        # Training files enter by their contents, not by their path.
         trainings = [learner.config.read_text(encoding="utf-8") for learner in self.learners]
         values = self.model_dump(mode="json", exclude={"learners": {"__all__": {"config"}}})
         text = json.dumps([values, *trainings], sort_keys=True)
@@ -219,7 +219,7 @@ class StudyConfig(Section):
 
 
 def _sets_meant_by(item: Any) -> Sequence[Any]:
-    """Return the sets that an entry of ``sets`` names, or the entry itself, to be validated."""
+    """Expand a name in ``sets`` to its sets; other entries are returned as they are."""
     if isinstance(item, Mapping) and "bank" in item:
         overrides = item.get("overrides", {})
         if item.keys() - {"bank", "overrides"} or not isinstance(overrides, Mapping):
@@ -254,7 +254,7 @@ def load_study(path: Path | str | None = None, **changes: Any) -> StudyConfig:
     except ValidationError as error:
         raise InvalidInput(first_error(error)) from error
     trial = dict(study.trial_overrides)
-    make_config(trial.pop("config", None), **trial)  # complains now, before a folder is written
+    make_config(trial.pop("config", None), **trial)  # raises now, before a folder is written
     if study.reference_policy not in study.names:
         allowed = ", ".join(study.names)
         raise InvalidInput(f"reference: given {study.reference!r}, allowed are {allowed}")
@@ -271,7 +271,7 @@ def load_study(path: Path | str | None = None, **changes: Any) -> StudyConfig:
 
 
 def _check_parts(study: StudyConfig) -> None:
-    """Check that who is shown, and what fronts and yardstick name, takes part."""
+    """Check that all names in ``shown``, fronts and yardstick are candidates or sets."""
     nobody = next((name for name in study.shown if name not in study.names), None)
     if nobody is not None:
         raise InvalidInput(f"shown: given {nobody!r}, allowed are {', '.join(study.names)}")
@@ -283,13 +283,13 @@ def _check_parts(study: StudyConfig) -> None:
                 raise InvalidInput(f"{part}.sets: given {name!r}, allowed are {allowed}")
     sets = [each.name for each in study.all_sets]
     twice = next((name for name in sets if sets.count(name) > 1), None)
-    if twice is not None:  # one of ``sets``, and one among real people
+    if twice is not None:  # one of ``sets``, and one with real people
         raise InvalidInput(f"sets: given {twice!r} beside tracks, which add a set of that name")
     if study.fronts is None:
         return
     for group in study.fronts.groups.keys() & set(study.fronts.families):
         raise InvalidInput(f"fronts.groups: given {group!r}, which is one of fronts.families")
-    swept = [each for some in study.fronts.swept.values() for each in some]  # says what is unknown
+    swept = [each for some in study.fronts.swept.values() for each in some]  # raises if unknown
     for group, members in study.fronts.groups.items():
         unknown = next((each for each in members if each not in (*study.names, *swept)), None)
         if unknown is not None:
@@ -298,7 +298,7 @@ def _check_parts(study: StudyConfig) -> None:
 
 
 def _beside(study: Path, learners: Any) -> Any:
-    """Return learners as a study file gives them, with their training files found from there."""
+    """Return a study file's learners, with training files resolved relative to it."""
     if not isinstance(learners, list | tuple):
         return learners
     return [

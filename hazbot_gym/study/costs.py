@@ -1,6 +1,6 @@
-"""What a study took: time, memory and decisions, noted at the end of every session.
+"""Computational costs of a study: time, memory and decisions, written after every session.
 
-A session that is killed notes nothing; of its training runs the folders keep the seconds.
+A killed session writes nothing; the seconds of its training runs remain in their folders.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ except ImportError:  # not on Windows
 
 
 class Session(NamedTuple):
-    """A run of a study from its start to its end."""
+    """One process of a study from start to end."""
 
     command: str
     seconds: float
@@ -28,7 +28,7 @@ class Session(NamedTuple):
 
 
 class Training(NamedTuple):
-    """What the training runs of a learner took and came to, on average over its seeds."""
+    """Costs and results of a learner's training runs, averaged over its seeds."""
 
     name: str
     config: str
@@ -39,17 +39,17 @@ class Training(NamedTuple):
 
 
 class Costs(NamedTuple):
-    """What a study took: its sessions as they were noted, and the training of its learners."""
+    """Costs of a study: its sessions, and the training of its learners."""
 
     sessions: list[dict[str, Any]]
     trainings: list[Training]
 
 
 def note(path: Path, trainings: list[Training], session: Session | None) -> None:
-    """Note trainings, and add a session to those before, if there was something to do in it."""
+    """Write training costs, and append a session if it did any work."""
     try:
         before = read(path)
-    except files.Damaged:  # what it took before is lost, which is no reason to end here
+    except files.Damaged:  # earlier costs are lost; not a reason to fail
         before = Costs([], [])
     sessions = before.sessions
     if session is not None:
@@ -60,7 +60,7 @@ def note(path: Path, trainings: list[Training], session: Session | None) -> None
 
 
 def read(path: Path) -> Costs:
-    """Return what is noted; nothing if there is no such file."""
+    """Return the recorded costs; empty without a file."""
     if not path.exists():
         return Costs([], [])
     noted = files.read_json(path)
@@ -69,9 +69,9 @@ def read(path: Path) -> Costs:
 
 
 def peak_memory_gb() -> float | None:
-    """Return the most memory that this process, or the largest of its children, ever held."""
+    """Return the peak memory of this process or of its largest child."""
     if resource is None:
         return None
     both = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
     peak = max(resource.getrusage(who).ru_maxrss for who in both)
-    return peak / (1e9 if sys.platform == "darwin" else 1e6)  # bytes there, kilobytes elsewhere
+    return peak / (1e9 if sys.platform == "darwin" else 1e6)  # bytes on macOS, kilobytes elsewhere

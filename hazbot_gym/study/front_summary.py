@@ -1,4 +1,4 @@
-"""Families of policies over all values of their knobs: points, area, and who is on the front."""
+"""Pareto fronts of families over their sweep parameters: points and hypervolume."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def summarise_fronts(
     """Return each family's points and hypervolume, and its difference from the first family's.
 
     Args:
-        rows: of a set, or of several, each resampled by itself.
-        fronts: what is asked for.
+        rows: of one set, or of several, each resampled separately.
+        fronts: the families and sets.
         resamples: of the bootstrap.
         confidence: nominal coverage of the intervals.
         seed: of the draws; all points of all fronts share those of the scenarios.
@@ -67,7 +67,7 @@ def _scores(rows: pd.DataFrame, seeds: int) -> list[Floats]:
 
 
 def _points(policies: Sequence[str], front: Front, confidence: float) -> list[dict[str, Any]]:
-    """Return what each policy of a family scores, and whether no other of it is better."""
+    """Return the score of each policy of a family, and whether it is Pareto-optimal within it."""
     scores = [
         [
             crossed_estimate(each, point.draws, confidence=confidence)

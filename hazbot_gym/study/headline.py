@@ -1,18 +1,17 @@
-"""The headline of a study: the one aggregate that terminal, report and README show first.
+"""Headline of a study: the aggregate shown first on the terminal and in the report.
 
-It pools the episodes of the scenario sets that are in distribution, that is in the situations that
-policies are made for: people who are drawn anew cross, encounter, lead, confront, or do all of it
-in a corridor. These are
+It pools the episodes of the in-distribution scenario sets, in which randomly drawn people cross,
+encounter, lead, confront, or do all of it in a corridor. These are
 
-1. the sets of the bank's group ``test``, where a study has some; else
-2. the sets of the same five environments with no config value changed but the tier; else
+1. the sets of the bank's group ``test``, if a study has any; else
+2. the sets of the same five environments with no override but the tier; else
 3. all sets.
 
     mean of a metric = sum over the episodes of all these sets / number of those episodes
 
-where an episode in which the metric is not defined counts in neither. Each set is resampled by
-itself, so that an interval is about these sets. Studies of different scenarios (the full study on
-the frozen bank, a small one on scenarios of its own) estimate the same quantity with other samples.
+where an episode with an undefined metric counts in neither. Each set is resampled separately, so
+that an interval refers to these sets. Studies of different scenarios (the full study on the frozen
+bank, a small one on scenarios of its own) estimate the same quantity with other samples.
 """
 
 from __future__ import annotations
@@ -25,17 +24,17 @@ from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.study.bank_sets import GROUPS
 from hazbot_gym.study.config import StudyConfig
 
-POOLED, IN_DISTRIBUTION, TEST = "all sets", "in distribution", "test"  # of what is pooled
+POOLED, IN_DISTRIBUTION, TEST = "all sets", "in distribution", "test"  # name of the pooled sets
 _PRESETS = {f"{preset}-v0" for preset, _ in GROUPS[TEST].sets.values()}
 
 
 class Headline(NamedTuple):
-    """The results that stand for a study.
+    """Headline results of a study.
 
     Attributes:
         name: Of the aggregate, a key of ``summary["sets"]``.
         sets: Names of the scenario sets that it pools.
-        policies: Results of each policy, as of a single set.
+        policies: Results of each policy, in the format of a single set.
     """
 
     name: str
@@ -44,12 +43,12 @@ class Headline(NamedTuple):
 
     @property
     def episodes(self) -> int:
-        """The number of scenarios that every policy met."""
+        """The number of scenarios per policy."""
         return scenarios_of(self.policies)
 
 
 def scenarios_of(policies: Mapping[str, Any]) -> int:
-    """Return how many scenarios every policy of a block of a summary met, whatever its seeds."""
+    """Return the number of scenarios per policy in a block of a summary, for any number of seeds."""
     first = next(iter(policies.values()))
     return int(first["episodes"]) // int(first["training_seeds"])
 
@@ -61,7 +60,7 @@ def headline(summary: Mapping[str, Any]) -> Headline:
 
 
 def headline_sets(study: StudyConfig) -> tuple[str, list[str]]:
-    """Return what the headline of a study is called, and the names of its sets."""
+    """Return the name of a study's headline, and the names of its sets."""
     names = [each.name for each in study.all_sets]
     test = [name for name in names if name.startswith(f"{TEST}/")]
     found = test or [each.name for each in study.all_sets if _is_in_distribution(each)] or names
@@ -73,10 +72,10 @@ def headline_sets(study: StudyConfig) -> tuple[str, list[str]]:
 
 
 def pooled_sets(study: StudyConfig) -> dict[str, list[str]]:
-    """Return the sets of everything that is pooled in a study, by what it is called.
+    """Return the sets of each aggregate of a study, by its name.
 
     Raises:
-        InvalidInput: A set has the name of something that is pooled.
+        InvalidInput: A set has the name of an aggregate.
     """
     names = [each.name for each in study.all_sets]
     found = {
@@ -97,7 +96,7 @@ def pooled_sets(study: StudyConfig) -> dict[str, list[str]]:
 
 
 def groups(names: Sequence[str]) -> list[str]:
-    """Return what sets of the bank have in common: ``test`` of ``test/Crossing`` and others."""
+    """Return the groups of the bank's sets, such as ``test`` of ``test/Crossing``."""
     prefixes = [name.rpartition("/")[0] for name in names]
     return [group for group in dict.fromkeys(prefixes) if group and prefixes.count(group) > 1]
 

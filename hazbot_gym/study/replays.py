@@ -1,7 +1,7 @@
-"""Episodes to look at: chosen by how the reference policy fared, and run again for every policy.
+"""Replay recording: episodes chosen by the reference policy's results, run with every policy.
 
-A study records them as its last step, since the choice needs all rows. The same seeds make the same
-episodes; a drive that does not give its recorded numbers again is marked.
+A study records them as its last step, since the choice needs all rows. Equal seeds give equal
+episodes; a drive that does not reproduce its recorded metrics is marked.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ from hazbot_gym.task.scenario import Source
 if TYPE_CHECKING:
     import pandas as pd
 
-TOLERANCE = 1e-6  # of what an episode gives again; the engines agree as closely
-STEP_M = 0.1  # between two points of a path
+TOLERANCE = 1e-6  # tolerance of reproduced metrics, as between the engines
+STEP_M = 0.1  # spacing of path points
 
 
 class Choice(NamedTuple):
-    """Episodes of a set that are to be replayed, by number, and why.
+    """Selected episodes of a set, by number, with reasons.
 
     Attributes:
         scenarios: The set.
-        episodes: Why each episode is worth a look, by number.
-        best: The row of the best drive of a single episode; None where none is asked for.
+        episodes: Reason for each episode, by number.
+        best: The oracle's row of a single episode; None without an oracle.
     """
 
     scenarios: ScenarioSet
@@ -52,12 +52,12 @@ class Choice(NamedTuple):
 
 
 def choices(study: StudyConfig, rows: pd.DataFrame, best: pd.DataFrame | None) -> list[Choice]:
-    """Return which episodes of a study are worth a look.
+    """Return the selected episodes of a study.
 
     Args:
-        study: What was run.
-        rows: Of all its episodes.
-        best: Rows of the yardstick, if the study has one.
+        study: The study.
+        rows: Rows of all its episodes.
+        best: Rows of the oracle, if the study has one.
     """
     first = rows[rows["training_seed"] == 0]
     _, headline = headline_sets(study)
@@ -73,10 +73,10 @@ def choices(study: StudyConfig, rows: pd.DataFrame, best: pd.DataFrame | None) -
 
 
 def choose(rows: pd.DataFrame) -> dict[int, str]:
-    """Return which episodes of one policy in one set are worth a look, and why, at most three.
+    """Return at most three episodes of one policy in one set, with reasons.
 
     ``median`` has the median return, ``closest`` the least clearance, ``slowest`` the largest time
-    ratio; one episode can be several of these. Where no person ever came, none is the closest.
+    ratio; one episode can be several of these. Without people there is no ``closest``.
     """
     by_return = rows.sort_values(["return", "episode"])
     met, timed = rows[np.isfinite(rows["clearance_min_m"])], rows[rows["time_ratio"].notna()]
@@ -93,7 +93,7 @@ def choose(rows: pd.DataFrame) -> dict[int, str]:
 
 
 def choose_worst(rows: pd.DataFrame, policies: Sequence[str]) -> dict[int, str]:
-    """Return the episodes of least return of some policies in one set, and whose they are."""
+    """Return the episodes with the least return of some policies in one set, and the policy."""
     whose: dict[int, list[str]] = {}
     for policy in policies:
         mine = rows[rows["policy"] == policy]
@@ -104,7 +104,7 @@ def choose_worst(rows: pd.DataFrame, policies: Sequence[str]) -> dict[int, str]:
 def _beside_best(
     study: StudyConfig, rows: pd.DataFrame, best: pd.DataFrame | None
 ) -> Iterator[Choice]:
-    """Yield of each set with best drives the episode in which the reference's regret is median."""
+    """Yield for each set with oracle drives the episode of the reference's median regret."""
     if best is None:
         return
     mine = rows[rows["policy"] == study.reference_policy][["scenario_set", "episode", "return"]]
@@ -129,17 +129,17 @@ def record(
     console: Console,
     allowed: Permissions = NO_CODE,
 ) -> None:
-    """Record the replays of a study, unless they are there already.
+    """Record the replays of a study, unless they exist already.
 
     Args:
-        study: What was run.
-        path: Of the file.
-        rows: Of all episodes.
-        best: Rows of the yardstick, if the study has one.
-        specs: What each policy is made of, by name; of a learner its first seed.
-        stamp: Of all that the drives depend on.
+        study: The study.
+        path: Path of the file.
+        rows: Rows of all episodes.
+        best: Rows of the oracle, if the study has one.
+        specs: Spec of each policy, by name; the first seed of a learner.
+        stamp: Stamp of all inputs of the drives.
         threads: That the batched engine may use.
-        console: Where it is said which policy does not repeat itself.
+        console: Output for warnings about policies that are not reproducible.
         allowed: What the policies may run.
     """
     chosen = choices(study, rows, best)
@@ -160,7 +160,7 @@ def record(
 
 
 def _unsteady(found: Sequence[tuple[Choice, list[Replay]]]) -> list[str]:
-    """Return the policies with drives that are not the recorded ones."""
+    """Return the policies with drives that differ from the recorded episodes."""
     runs = [replay.runs for _, some in found for replay in some]
     return sorted({name for each in runs for name in each if not each[name].is_recorded})
 
@@ -174,13 +174,13 @@ def replay(
     threads: int = 1,
     allowed: Permissions = NO_CODE,
 ) -> list[Replay]:
-    """Run chosen episodes of a set with all policies that are shown; a learner's first seed.
+    """Run the selected episodes of a set with all shown policies (first seed of a learner).
 
     Args:
-        study: What was run.
+        study: The study.
         choice: The episodes.
-        rows: What was recorded.
-        specs: What each policy is made of, by name.
+        rows: The recorded rows.
+        specs: Spec of each policy, by name.
         threads: That the batched engine may use.
         allowed: What the policies may run.
     """
@@ -217,7 +217,7 @@ def replays_of(found: Sequence[tuple[Choice, list[Replay]]]) -> Replays:
 
 
 def gives_again(now: Row, recorded: Mapping[str, Any]) -> bool:
-    """Tell whether an episode gives the numbers now that were recorded before."""
+    """Return True if an episode reproduces its recorded metrics."""
     return all(
         value == recorded[name]
         if isinstance(value, str)
@@ -252,7 +252,7 @@ def _run(
         env = make_env(scenarios)
         return (run_episode(env, policy, seed) for policy in policies for seed in seeds)
     config, limit = resolve(scenarios)
-    if config.action_type == "discrete":  # levels and speeds do not mix in one batch
+    if config.action_type == "discrete":  # discrete and continuous actions do not mix in one batch
         teams = [(policy, seeds) for policy in policies]
     else:
         at_once = max(batch_rollout.MOST_WORLDS // len(seeds), 1)
@@ -266,7 +266,7 @@ def _run(
 
 
 class _SideBySide:
-    """Policies that each drive some of the worlds of one batch, which is quicker than in turns."""
+    """Composite policy: each policy drives its share of one batch, faster than in sequence."""
 
     def __init__(self, policies: Sequence[Policy], worlds_each: int) -> None:
         self._policies, self._worlds_each = policies, worlds_each
@@ -278,7 +278,7 @@ class _SideBySide:
         episode_start: npt.NDArray[np.bool_] | None = None,
         deterministic: bool = True,
     ) -> tuple[Actions, list[Any]]:
-        """Return the actions of all, and each policy's own inner state."""
+        """Return the actions of all worlds, and each policy's inner state."""
         actions, states = [], []
         for i, policy in enumerate(self._policies):
             mine = slice(i * self._worlds_each, (i + 1) * self._worlds_each)

@@ -1,7 +1,7 @@
-"""The main job: several policies over the same scenarios, on all cores, resumable.
+"""Study runner: several policies over the same scenarios, on all cores, resumable.
 
-Episodes are worked off in blocks; a block's rows depend on nothing but the block, so that neither
-the number of workers nor an interruption changes a number.
+Episodes run in blocks; a block's rows depend on the block alone, so that results depend neither on
+the number of workers nor on interruptions.
 """
 
 from __future__ import annotations
@@ -39,18 +39,18 @@ if TYPE_CHECKING:
 
 
 Rows = list[dict[str, Any]]
-SCENARIOS_PER_STRETCH = 5  # of the yardstick: what an interruption may cost is half a minute
+SCENARIOS_PER_STRETCH = 5  # of the oracle: an interruption costs at most half a minute
 
 
 class Shard(NamedTuple):
-    """A block of episodes, or of best drives, and the file that holds, or will hold, its rows."""
+    """A block of episodes or oracle drives, and the file of its rows."""
 
     block: Block | Stretch
     path: Path
     stamp: str
 
     def read(self) -> pd.DataFrame | store.Missing:
-        """Return the rows, or why they are missing."""
+        """Return the rows, or the reason of their absence."""
         return store.read_rows(self.path, rows=self.block.episodes, stamp=self.stamp)
 
 
@@ -63,18 +63,18 @@ def run_study(
     command: str = "",
     allowed: Permissions = NO_CODE,
 ) -> Summary:
-    """Run what is missing of a study, write its files into ``out`` and return its summary.
+    """Run the missing part of a study, write its files into ``out`` and return its summary.
 
     Args:
         study: what to run.
         out: folder of the results, new, empty or this study's own.
-        workers: number of processes, or of threads for a single shard; None for one a core.
-        console: where progress goes; None for nowhere.
-        command: by which it can be run again, for the record.
-        allowed: what policies that the study names may run.
+        workers: number of processes, or of threads for a single shard; None for one per core.
+        console: output of progress; None for silence.
+        command: command line to reproduce the study, for the record.
+        allowed: permissions of the study's policies.
 
     Raises:
-        InvalidInput: something about the study or the folder is not usable; nothing was written.
+        InvalidInput: the study or the folder is not usable; nothing was written.
     """
     console, began = console or Console(quiet=True), time.perf_counter()
     store.claim(out, study.identity())
@@ -93,9 +93,9 @@ def _run_study(
     began: float,
     allowed: Permissions,
 ) -> Summary:
-    """Run what is missing of a study whose folder is claimed; ``about`` is its manifest."""
+    """Run the missing part of a study with a claimed folder; ``about`` is its manifest."""
     if not (out / store.MANIFEST).exists():
-        files.write_json(out / store.MANIFEST, about)  # says whose folder it is from now on
+        files.write_json(out / store.MANIFEST, about)  # marks the owner of the folder
     stamps = Stamps(study, allowed)
     waiting = candidates.jobs(study, out, allowed, console)
     _prepare(waiting, workers=workers, console=console)
@@ -104,7 +104,7 @@ def _run_study(
     marks = list(plan_yardstick(study, out, taking_part, stamps))
     missing = _missing([*shards, *marks], console)
     if missing:
-        store.withdraw(out)  # results of an earlier state do not stand beside a new manifest
+        store.withdraw(out)  # remove results of an earlier state before writing a new manifest
         about["entrants"] = candidates.portable(taking_part, out)
         files.write_json(out / store.MANIFEST, about)
     _run(missing, stamps, workers=workers, console=console)
@@ -137,9 +137,9 @@ def _run_study(
 def plan(
     study: StudyConfig, out: Path, taking_part: list[Entrant], stamps: Stamps | None = None
 ) -> Iterator[Shard]:
-    """Yield the shards of a study, all policies of a scenario set next to each other.
+    """Yield the shards of a study, grouped by scenario set.
 
-    Policies of the fronts' sweeps only drive in the fronts' sets.
+    Policies of the fronts' sweeps only run in the fronts' sets.
     """
     stamps = stamps or Stamps(study)
     everywhere, swept = _specs(taking_part), _specs(candidates.swept(study))
@@ -164,7 +164,7 @@ def plan(
 def plan_yardstick(
     study: StudyConfig, out: Path, taking_part: list[Entrant], stamps: Stamps | None = None
 ) -> Iterator[Shard]:
-    """Yield the shards of the best drives, few scenarios each: they take long."""
+    """Yield the shards of oracle drives, few scenarios each since they are slow."""
     if study.yardstick is None:
         return
     wanted = study.yardstick
@@ -184,9 +184,9 @@ def plan_yardstick(
 
 
 def rehearse(study: StudyConfig, allowed: Permissions = NO_CODE) -> dict[str, Any]:
-    """Try every policy out in every set, so that bad input shows before any work.
+    """Test every policy in every set, so that invalid input fails before any work.
 
-    It also compiles the kernels once, before the workers load them from the cache.
+    This also compiles the kernels once, before the workers load them from the cache.
 
     Returns:
         The resolved config of every set's environment.
@@ -205,7 +205,7 @@ def rehearse(study: StudyConfig, allowed: Permissions = NO_CODE) -> dict[str, An
 
 
 def manifest(study: StudyConfig, environments: dict[str, Any]) -> dict[str, Any]:
-    """Return where a study's numbers come from."""
+    """Return the provenance of a study."""
     return {
         "study": study.identity(),
         "config": study.model_dump(mode="json"),
@@ -228,7 +228,7 @@ def rows_of(block: Block | Stretch, threads: int = 1) -> Rows:
 
 
 def _missing(shards: list[Shard], console: Console) -> list[Shard]:
-    """Return the shards that have to be run, saying what is kept and what is run again."""
+    """Return the shards to run, and report kept and repeated shards."""
     states = [(shard, shard.read()) for shard in shards]
     missing = [shard for shard, state in states if isinstance(state, store.Missing)]
     reasons = Counter(state.reason for _, state in states if isinstance(state, store.Missing))
@@ -242,7 +242,7 @@ def _missing(shards: list[Shard], console: Console) -> list[Shard]:
 
 
 def _prepare(waiting: list[Job], *, workers: int, console: Console) -> None:
-    """Tune and train who is to be tuned or trained."""
+    """Run the tuning and training jobs."""
     if not waiting:
         return
     with terminal.progress_bar(console) as progress, processes(min(workers, len(waiting))) as pool:
@@ -253,10 +253,10 @@ def _prepare(waiting: list[Job], *, workers: int, console: Console) -> None:
 
 
 def _run(shards: list[Shard], stamps: Stamps, *, workers: int, console: Console) -> None:
-    """Run shards and write each as soon as it is done."""
+    """Run shards and write each as soon as it is finished."""
     if not shards:
         return
-    # Processes start slowly; a single block has the engine's threads instead.
+    # Processes start slowly; a single block uses the engine's threads instead.
     run = _run_in_processes if len(shards) > 1 and workers > 1 else _run_here
     with terminal.progress_bar(console) as progress:
         task = progress.add_task("episodes", total=sum(shard.block.episodes for shard in shards))
@@ -274,7 +274,7 @@ def _run_here(shards: list[Shard], workers: int) -> Generator[tuple[Shard, Rows]
 
 
 def _run_in_processes(shards: list[Shard], workers: int) -> Generator[tuple[Shard, Rows]]:
-    """Yield shards and their rows from parallel processes, in the order in which they end."""
+    """Yield shards and their rows from parallel processes, in order of completion."""
     with processes(min(workers, len(shards))) as pool:
         running = {pool.submit(rows_of, shard.block): shard for shard in shards}
         for future in as_completed(running):
@@ -289,7 +289,7 @@ def _read(shard: Shard) -> pd.DataFrame:
 
 
 def _specs(taking_part: list[Entrant]) -> list[tuple[str, str, int]]:
-    """Return name, spec and number of the training seed of every single policy."""
+    """Return name, spec and training-seed index of every policy."""
     return [
         (each.name, spec, training_seed)
         for each in taking_part
@@ -298,7 +298,7 @@ def _specs(taking_part: list[Entrant]) -> list[tuple[str, str, int]]:
 
 
 def _stamp_of(shards: list[Shard], episodes: Path) -> str:
-    """Return the stamp of what is made of all shards: of theirs, and of the rows."""
+    """Return the stamp of the aggregated results: of all shards' stamps and of the rows."""
     parts = [*(shard.stamp for shard in shards), provenance.digest(episodes)]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]
 
@@ -308,9 +308,9 @@ def _seed(study: StudyConfig, scenarios: ScenarioSet) -> int:
 
 
 def _file(out: Path, kind: str, who: str, scenarios: ScenarioSet, *numbers: int) -> Path:
-    """Return a file whose name shows policy, set and first episode, and is unique beyond that."""
+    """Return a unique file name with policy, set and first episode."""
     shown = "--".join([who, scenarios.name, *(f"{number:05d}" for number in numbers)])
     short = files.file_name(shown).encode()[:LONGEST].decode(errors="ignore")
-    text = json.dumps([kind, who, scenarios.name, *numbers])  # no two lists give one text
+    text = json.dumps([kind, who, scenarios.name, *numbers])  # unambiguous
     unique = hashlib.sha256(text.encode()).hexdigest()[:8]
     return out / store.SHARDS / f"{short}--{unique}.parquet"

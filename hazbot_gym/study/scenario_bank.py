@@ -1,8 +1,8 @@
-"""The scenario bank: scenarios that were drawn once, written down, and are met by everybody.
+"""Scenario bank: frozen scenarios, shared by all studies.
 
-What is written down is who comes: one row a person, with the key and a hash of the scenario. An
-episode draws its scenario from the key as ever, and its row carries the hash of what was drawn;
-rows in which that is not the bank's are refused. ``python docs/make_bank.py`` writes the bank anew.
+The file holds the people: one row per person, with the key and a hash of the scenario. An episode
+draws its scenario from the key, and its row carries the hash of the drawn scenario; rows with
+another hash than the bank's are rejected. ``python docs/make_bank.py`` rewrites the bank.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ FILE = Path(__file__).with_suffix(".parquet")
 
 
 def write(path: Path = FILE) -> None:
-    """Draw every scenario of the bank, and write them down."""
+    """Draw every scenario of the bank, and write the file."""
     store.write_rows(path, list(draw(BANK_SETS)), stamp="bank")
 
 
 def read() -> pd.DataFrame:
-    """Return the bank as it was written down, a row a person."""
+    """Return the bank, one row per person."""
     return store.read_episodes(FILE)
 
 
@@ -60,13 +60,13 @@ def draw(sets: Iterable[BankSet]) -> Iterator[Row]:
 
 
 def check(rows: pd.DataFrame) -> None:
-    """Compare the scenarios that episodes met with the bank's, where they are the bank's by name.
+    """Compare the scenarios of episodes in the bank's sets with the bank.
 
     Args:
         rows: of a study.
 
     Raises:
-        InvalidInput: one was not as it was written down.
+        InvalidInput: a scenario differs from the bank's.
     """
     written = read().drop_duplicates("scenario").set_index("scenario")["scenario_hash"]
     expected = rows["scenario"].map(written)

@@ -1,4 +1,4 @@
-"""Stamps of units of work, by which a study knows whether results are still valid."""
+"""Stamps of work units, which tell whether stored results are still valid."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from hazbot_gym.utils import provenance
 
 
 class Stamps:
-    """Makes stamps of units of work, of all that their numbers depend on.
+    """Hashes of all inputs of a work unit.
 
-    That is code, versions, values, and the files that are read for environment and policies.
+    Inputs are code, versions, values, and the files read for environment and policies.
     """
 
     def __init__(self, study: StudyConfig, allowed: Permissions = NO_CODE) -> None:
-        self.allowed = allowed  # what policies may run; no stamp depends on it
+        self.allowed = allowed  # permissions of policies; not part of the stamp
         self._common = provenance.stamp(study.tracks)
         self._watched: dict[str, tuple[str, tuple[int, int]]] = {}
         self._watch(provenance.PACKAGE.rglob("*.py"))
@@ -40,14 +40,14 @@ class Stamps:
         side_by_side = (2,) if study.engine == "batched" else ()
         self._blanks = [(*side_by_side, LAYOUTS[tier].width) for tier in sorted(tiers)]
         self._policies: dict[str, str] = {}
-        for spec in study.policies:  # now, as what is imported later may have been edited
+        for spec in study.policies:  # now, since files imported later may have been edited
             self._policy(spec)
 
     def check(self) -> None:
         """Make sure that no file was edited since it was stamped.
 
         Raises:
-            InvalidInput: One was: rows may be made of it as it was, as it is, or of both.
+            InvalidInput: A file was edited, so that rows may come from either version.
         """
         for name, (digest, seen) in self._watched.items():
             path = Path(name)
@@ -59,13 +59,13 @@ class Stamps:
             )
 
     def _watch(self, files: Iterable[Path]) -> None:
-        """Note the files that numbers are made of, for ``check``."""
+        """Register input files for ``check``."""
         states = {path: last_change(path) for path in files}
         found = digests(states)
         self._watched |= {str(path): (found[str(path)], states[path]) for path in states}
 
     def of(self, values: Mapping[str, Any], scenarios: ScenarioSet, *specs: str) -> str:
-        """Return the stamp of what some values say, in a set, with policies."""
+        """Return the stamp of some values, a set and policies."""
         parts = [self._common, values, scenarios.model_dump(mode="json")]
         parts += [self._environments[scenarios.name], [self._policy(spec) for spec in specs]]
         return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:32]

@@ -1,18 +1,18 @@
-"""The files of a study: whole or absent, never half-written, and never mixed up with another's.
+"""Files of a study: complete or absent, never half-written, never mixed with another study's.
 
-    OUT/manifest.json     what is run: config, seeds, versions, commit, start time
+    OUT/manifest.json     provenance: config, seeds, versions, commit, start time
     OUT/shards/*.parquet  rows of one policy in one set, a block of episodes each
     OUT/episodes.parquet  all rows
-    OUT/yardstick.parquet the best drives, a row for each scenario, if the study asks for them
+    OUT/yardstick.parquet oracle drives, one row per scenario, if requested
     OUT/summary.json      means and intervals, byte for byte the same for the same study
-    OUT/replays.parquet   the drives that the report shows
-    OUT/costs.json        what it took: time, memory, decisions
-    OUT/report.html       all of it as a page
+    OUT/replays.parquet   the drives shown in the report
+    OUT/costs.json        computational costs: time, memory, decisions
+    OUT/report.html       the report page
 
-Every file is written beside its final name and then renamed, and every record has a checksum inside
-(``utils/checksum.py``): one that is not what was written is not used. Each shard carries a stamp of
-all that its numbers depend on beyond the config (code, versions, tracks); a shard with another
-stamp is run again, and so is one that cannot be read.
+Every file is written under a temporary name and then renamed, and every record contains a checksum
+(``utils/checksum.py``); damaged records are not used. Each shard carries a stamp of all its inputs
+beyond the config (code, versions, tracks); a shard with another stamp, or one that cannot be read,
+is run again.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ except ImportError as error:
 MANIFEST, SHARDS, EPISODES, SUMMARY = "manifest.json", "shards", "episodes.parquet", "summary.json"
 YARDSTICK, COSTS, REPORT = "yardstick.parquet", "costs.json", "report.html"
 REPLAYS = "replays.parquet"
-MOST_VALUES = 300_000_000  # in a file; two numbers for every robot-second of a million episodes
+MOST_VALUES = 300_000_000  # of a file; two numbers per robot-second of a million episodes
 _STAMP, _CHECKSUM = b"hazbot_stamp", b"hazbot_checksum"
 
 
 class Missing(NamedTuple):
-    """Why a shard has to be run: ``absent``, ``damaged`` or ``outdated``."""
+    """Reason to run a shard: ``absent``, ``damaged`` or ``outdated``."""
 
     reason: str
 
@@ -74,18 +74,18 @@ def read_episodes(path: Path) -> pd.DataFrame:
     """Return the rows of a whole study.
 
     Raises:
-        InvalidInput: They cannot be read, or are not what was written.
+        InvalidInput: The file cannot be read or is damaged.
     """
     return _read(path).to_pandas()
 
 
 def read_rows(path: Path, *, rows: int, stamp: str) -> pd.DataFrame | Missing:
-    """Return the rows of a shard, or why it has to be run again.
+    """Return the rows of a shard, or the reason to run it again.
 
     Args:
         path: the shard.
         rows: number of rows of a complete one.
-        stamp: what it must be stamped with.
+        stamp: the valid stamp.
     """
     if not path.exists():
         return Missing("absent")
@@ -112,12 +112,12 @@ def _read(path: Path) -> pa.Table:
         parquet = pq.ParquetFile(pa.BufferReader(data))
         _check_size(parquet.metadata, path)
         return parquet.read()
-    except (pa.ArrowException, OSError) as error:  # whoever made it has computed a checksum
+    except (pa.ArrowException, OSError) as error:  # foreign file with a valid checksum
         raise files.Damaged(path) from error
 
 
 def _check_size(about: pq.FileMetaData, path: Path) -> None:
-    """Refuse a small file that would take all the memory: compressed, or a value many times."""
+    """Reject a small file that expands beyond the memory: compressed, or one value repeated."""
     groups = [about.row_group(i) for i in range(about.num_row_groups)]
     values = sum(group.column(i).num_values for group in groups for i in range(group.num_columns))
     most = max(about.num_rows, values, sum(group.total_byte_size for group in groups) // 8)
@@ -126,7 +126,7 @@ def _check_size(about: pq.FileMetaData, path: Path) -> None:
 
 
 def join(parts: list[pd.DataFrame]) -> pd.DataFrame:
-    """Return the rows of all parts, one part after the other."""
+    """Concatenate the rows of all parts."""
     return pd.concat(parts, ignore_index=True)
 
 
@@ -137,6 +137,6 @@ def withdraw(folder: Path) -> None:
 
 
 def sweep(folder: Path) -> None:
-    """Remove what a killed run left half-written."""
+    """Remove partial files of a killed run."""
     files.sweep(folder)
     files.sweep(folder / SHARDS)

@@ -1,4 +1,4 @@
-"""Rows to results: means with intervals for every policy in every set, and paired differences."""
+"""Study summary: means with intervals for every policy in every set, and paired differences."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from hazbot_gym.study.headline import headline_sets, pooled_sets
 if TYPE_CHECKING:
     import pandas as pd
 
-# Shares of episodes, which get Wilson's interval; all other metrics are means with the bootstrap's.
+# Shares of episodes, with Wilson's interval; all other metrics are means with bootstrap intervals.
 RATES = (
     "arrived",
     "timeout",
@@ -43,7 +43,7 @@ RATES = (
     "contact_person_caused",
     "contact_wall",
 )
-# Declared before any run: what policies are compared by.
+# Compared metrics, declared before any run.
 COMPARED = (
     "contact_robot_caused",
     "ssm_violation",
@@ -51,29 +51,29 @@ COMPARED = (
     "time_ratio",
     "rms_jerk_mps3",
 )
-LABELS = ("episode", "seed", "training_seed")  # numbers that name an episode and measure nothing
-# Tails: the mean of the worst twentieth, and which end of the metric is bad.
+LABELS = ("episode", "seed", "training_seed")  # numeric labels of an episode, not metrics
+# Tails: the mean of the worst 5 %, and the bad end of the metric.
 TAILS: dict[str, Literal["low", "high"]] = {
     "clearance_min_m": "low",
     "ttc_min_s": "low",
     "kinetic_intrusion_m2": "high",
     "time_ratio": "high",
 }
-WORST, MOST_RESAMPLES_OF_TAILS = 0.05, 1000  # each resample of a tail weighs every single run
+WORST, MOST_RESAMPLES_OF_TAILS = 0.05, 1000  # each resample of a tail weights every run
 Summary = dict[str, Any]
 
 
 def summarise(rows: pd.DataFrame, study: StudyConfig, best: pd.DataFrame | None = None) -> Summary:
-    """Return the study's results as plain values, the same to the last digit for the same rows.
+    """Return the study's results as plain values, bit-identical for equal rows.
 
     Args:
         rows: of all episodes.
-        study: whose they are.
-        best: rows of the yardstick, if the study has one.
+        study: the study.
+        best: rows of the oracle, if the study has one.
 
     Raises:
-        InvalidInput: rows measured with different thresholds, policies that did not meet the same
-            scenarios, or scenarios that are not as the bank has them.
+        InvalidInput: rows measured with different thresholds, policies with different scenarios, or
+            scenarios that differ from the bank's.
     """
     _check(rows)
     parts = {each.name: [each.name] for each in study.all_sets} | pooled_sets(study)
@@ -103,21 +103,21 @@ def summarise(rows: pd.DataFrame, study: StudyConfig, best: pd.DataFrame | None 
 
 
 def _blocks(rows: pd.DataFrame, names: Sequence[str]) -> dict[str, pd.DataFrame]:
-    """Return the rows of some sets, together first."""
+    """Return the rows of some sets, the pooled rows first."""
     wanted = rows[rows["scenario_set"].isin(names)]
     each = {name: wanted[wanted["scenario_set"] == name] for name in names}
     return {"together": wanted, **each} if len(names) > 1 else each
 
 
 def _yardsticks(best: pd.DataFrame) -> dict[str, pd.DataFrame]:
-    """Return the yardstick's rows: exact ones together, searched ones together, and by set."""
+    """Return the oracle's rows: exact ones pooled, searched ones pooled, and by set."""
     kinds = {"exact": best[best["is_exact"] == 1], "searched": best[best["is_exact"] == 0]}
     together = {kind: rows for kind, rows in kinds.items() if rows["scenario_set"].nunique() > 1}
     return together | dict(iter(best.groupby("scenario_set", sort=False)))
 
 
 def summarise_one(rows: Sequence[Row], *, seed: int) -> dict[str, Any]:
-    """Return the results of one policy in one set, as ``summarise`` gives them, from bare rows."""
+    """Return the results of one policy in one set, as in ``summarise``, from plain rows."""
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     (draws,) = crossed_draws(columns["scenario_set"], [1], np.random.default_rng(seed))
     metrics = _estimates(columns, draws, 0.95)
@@ -125,12 +125,12 @@ def summarise_one(rows: Sequence[Row], *, seed: int) -> dict[str, Any]:
 
 
 def summarise_set(rows: pd.DataFrame, study: StudyConfig) -> Summary:
-    """Summarise every policy in a set (or in all sets together, each resampled by itself)."""
-    # Within each training seed the scenarios stand in one order, whatever the order of the shards.
+    """Summarise every policy in a set (or in all sets pooled, each resampled separately)."""
+    # Scenarios are sorted within each training seed, independent of the order of the shards.
     ordered = rows.sort_values("training_seed", kind="stable")
     grouped = {policy: group for policy, group in ordered.groupby("policy", sort=False)}
     reference = grouped[study.reference_policy]
-    # From the seed alone, and the same for every policy: what is paired stays paired.
+    # From the seed alone, and equal for every policy, so that pairs are kept.
     rng = np.random.default_rng(study.seed)
     strata = reference["scenario_set"][reference["training_seed"] == 0]
     seeds = [grouped[policy]["training_seed"].nunique() for policy in study.names]
@@ -157,7 +157,7 @@ def _summarise_policy(
     pairs: CrossedDraws,
     confidence: float,
 ) -> dict[str, Any]:
-    """Return what a policy scores in a set, and in pairs with the reference."""
+    """Return a policy's results in a set, and its paired differences from the reference."""
     returns = _scores(rows, ["return"])[0]
     middle = crossed_estimate(
         returns, _first_draws(draws), interquartile_mean, confidence=confidence
@@ -185,7 +185,7 @@ def _scores(rows: pd.DataFrame, metrics: Sequence[str]) -> Floats:
 def _compare(
     ours: Floats, theirs: Floats, draws: CrossedDraws, confidence: float
 ) -> dict[str, dict[str, float | None]]:
-    """Return of each compared metric the paired difference, p-value, and how often ours is less.
+    """Return paired difference, p-value, and probability of being less for each compared metric.
 
     Args:
         ours: (metrics, R, N) scores, in the order of ``COMPARED``.
@@ -205,7 +205,7 @@ def _compare(
 
 
 def _gain(ours: Floats, theirs: Floats, draws: CrossedDraws, confidence: float) -> dict[str, Any]:
-    """Return how much more is earned, and the probability of improvement."""
+    """Return the gain in return, and the probability of improvement."""
     both = np.stack([differences(ours, theirs), improvements(ours, theirs)])
     gain, more = crossed_estimates(both, draws, confidence=confidence)
     return _plain(gain) | {"probability": _plain(more)}
@@ -214,7 +214,7 @@ def _gain(ours: Floats, theirs: Floats, draws: CrossedDraws, confidence: float) 
 def _tails(
     rows: pd.DataFrame, draws: CrossedDraws, confidence: float
 ) -> dict[str, dict[str, float | None]]:
-    """Return the mean of the worst twentieth of the runs (CVaR) of some metrics."""
+    """Return the mean of the worst 5 % of runs (CVaR) of some metrics."""
     return {
         name: _plain(
             crossed_estimate(
@@ -249,7 +249,7 @@ def _correct(results: Summary, reference: str) -> None:
 def _estimates(
     columns: Mapping[str, npt.NDArray[Any]] | pd.DataFrame, draws: CrossedDraws, confidence: float
 ) -> dict[str, dict[str, float | None]]:
-    """Return the estimate of every column that is a metric, and leave out the labels."""
+    """Return the estimate of every metric column, without the labels."""
     values = {name: np.asarray(columns[name]) for name in columns}
     names = [
         name
@@ -266,11 +266,10 @@ def _estimates(
 
 
 def _rate(scores: Floats, crossed: Estimate, confidence: float) -> Estimate:
-    """Estimate a rate: Wilson's interval over scenarios, and no narrower than the crossed one.
+    """Estimate a rate: Wilson's interval over scenarios, at least as wide as the crossed interval.
 
-    Wilson's is sound at 0 and 1, where no resample differs from another; the seeds of a learner,
-    which meet the same scenarios, are not counted as more of them. Where nothing can be resampled
-    (``crossed_draws``) there is none.
+    Wilson's interval is valid at 0 and 1, where all resamples are equal; n counts scenarios, not
+    seeds of a learner. If nothing can be resampled (``crossed_draws``), the interval is NaN.
     """
     if math.isfinite(crossed.mean) and not math.isfinite(crossed.low):
         return crossed
@@ -282,7 +281,7 @@ def _rate(scores: Floats, crossed: Estimate, confidence: float) -> Estimate:
 
 
 def _plain(estimate: Estimate) -> dict[str, float | None]:
-    """Return an estimate as JSON values, rounded so that no processor's last digit shows."""
+    """Return an estimate as JSON values, rounded below differences between processors."""
     return {name: _rounded(value) for name, value in estimate._asdict().items()}
 
 

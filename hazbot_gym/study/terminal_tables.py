@@ -1,4 +1,4 @@
-"""Results on the terminal: a table per scenario set, a mean and its interval in every cell."""
+"""Terminal tables of results: one per scenario set, with mean and interval in every cell."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from hazbot_gym.utils.terminal import FittedTable, printable
 
 
 class Column(NamedTuple):
-    """How a metric is shown."""
+    """Format of a metric."""
 
     metric: str
     title: str
     scale: float = 1.0
     digits: int = 2
-    finer: int = 0  # further digits where there is room for them, as in the report
+    finer: int = 0  # further digits if space allows, as in the report
 
 
 COLUMNS = (
@@ -37,7 +37,7 @@ COLUMNS = (
 )
 
 
-# Columns that a narrow terminal does without, the first one first.
+# Columns dropped on a narrow terminal, in order.
 SPARE = (
     "rms_jerk_mps3",
     "timeout",
@@ -51,7 +51,7 @@ SPARE = (
 
 
 def study_tables(summary: Summary, *, is_verbose: bool = False) -> Group:
-    """Return the headline's table, or the table of every set and of all that is pooled."""
+    """Return the headline's table, or the tables of every set and aggregate."""
     first = headline(summary)
     interval = f"{summary['confidence']:.0%} interval over scenarios"
     note = f"Below each mean its {interval}; none from a single scenario."
@@ -65,7 +65,7 @@ def study_tables(summary: Summary, *, is_verbose: bool = False) -> Group:
 
 
 def set_table(name: str, policies: Mapping[str, Any]) -> FittedTable:
-    """Return the table of one scenario set, a row for each policy."""
+    """Return the table of one scenario set, one row per policy."""
     episodes = scenarios_of(policies)
     table = FittedTable(
         title=f"{name}: {episodes} episode{'s' if episodes > 1 else ''} a policy",
@@ -80,7 +80,7 @@ def set_table(name: str, policies: Mapping[str, Any]) -> FittedTable:
     for column in COLUMNS:
         table.add_column(column.title, justify="right", no_wrap=True)
     for policy, result in policies.items():
-        # A long name breaks after its colon, since a cell has two lines anyway.
+        # A long name breaks after its colon, since each cell has two lines.
         shown = policy if len(policy) <= 16 else policy.replace(":", ":\n", 1)
         table.add_row(shown, *_cells(result["metrics"]))
     return table

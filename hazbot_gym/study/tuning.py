@@ -1,9 +1,9 @@
-"""Tuning a family of rules on the bank's validation scenarios, every family with one budget.
+"""Hyperparameter tuning of rule families on the bank's validation scenarios, with equal budgets.
 
-The search is Optuna's tree-structured Parzen estimator (Bergstra et al. 2011). Trial 0 is the
-family as it comes, so that nothing is tuned to be worse. Each trial is written before the next one
-begins, and its sampler is seeded by the trial's number: a killed search goes on as if it had not
-been.
+The search is Optuna's tree-structured Parzen estimator (Bergstra et al. 2011). Trial 0 has the
+default options, so that tuning cannot make a family worse. Each trial is saved before the next one
+begins, and its sampler is seeded by the trial's number, so that a killed search resumes with the
+same results.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ try:
 except ImportError as error:
     raise MissingExtra(error.name or "optuna", "study") from error
 
-FIRST_AT_RANDOM = 10  # trials before the estimator has something to go by
-AT_A_BOUND = 0.02  # share of an interval's width within which its best value counts as at the end
+FIRST_AT_RANDOM = 10  # random trials before the estimator starts
+AT_A_BOUND = 0.02  # share of a range within which the best value counts as at its bound
 
 Record = dict[str, Any]
 
 
 def validation(overrides: Mapping[str, Any] | None = None) -> tuple[ScenarioSet, ...]:
-    """Return the bank's validation sets, with further config values if some are given."""
+    """Return the bank's validation sets, with optional overrides."""
     found = bank_sets.select("validation", overrides)
     return tuple(ScenarioSet.model_validate(each) for each in found)
 
@@ -46,7 +46,7 @@ VALIDATION = validation()
 
 
 class Search(NamedTuple):
-    """All that decides what a search finds."""
+    """All values that determine a search's result."""
 
     family: str  # a name of ``SPACES``
     trials: int = 50
@@ -55,7 +55,7 @@ class Search(NamedTuple):
     sets: tuple[ScenarioSet, ...] = VALIDATION
 
     def identity(self) -> str:
-        """Return a hash that two searches share if they are the same, and run by the same code."""
+        """Return a hash that is equal for equal searches with equal code."""
         sets = [each.model_dump(mode="json") for each in self.sets]
         read = [inputs.mark(inputs.of_set(each)) for each in self.sets]
         text = json.dumps([*self[:-1], sets, read, provenance.stamp()])
@@ -69,16 +69,16 @@ def tune(
     threads: int = 1,
     on_progress: Callable[[], None] = lambda: None,
 ) -> Record:
-    """Run what is left of a search, and return its record.
+    """Run the remaining trials of a search, and return its record.
 
     Args:
-        search: What to search.
-        path: File of the record; one of the very same search is gone on with.
-        threads: That step the worlds; no number depends on it.
+        search: The search.
+        path: File of the record; a record of the same search is resumed.
+        threads: Number of threads; results do not depend on it.
         on_progress: Called after each trial.
 
     Raises:
-        InvalidInput: There is no such family, or the file holds something else or is read-only.
+        InvalidInput: There is no such family, or the file holds another search or is read-only.
     """
     space = _space_of(search.family)
     files.check_writable(path)
@@ -100,7 +100,7 @@ def _space_of(family: str) -> Space:
 
 
 def _defaults(family: str) -> dict[str, Any]:
-    """Return the options that may be tuned, as the family comes."""
+    """Return the default values of the tunable options."""
     fields = {each.name: each.default for each in dataclasses.fields(base.factory_of(family))}
     return {name: _as_text(fields[name]) for name in SPACES[family]}
 
@@ -119,9 +119,9 @@ def _distributions(space: Space) -> dict[str, Any]:
 
 
 def _next_options(space: Space, trials: list[Record], seed: int) -> dict[str, Any]:
-    """Return what to try next, a pure function of the trials so far and the seed."""
+    """Return the next trial's options, a pure function of the previous trials and the seed."""
     optuna.logging.set_verbosity(optuna.logging.ERROR)
-    with warnings.catch_warnings():  # before version 5 optuna warns of what is multivariate
+    with warnings.catch_warnings():  # optuna < 5 warns about multivariate sampling
         warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
         sampler = optuna.samplers.TPESampler(
             n_startup_trials=FIRST_AT_RANDOM, multivariate=True, seed=seed + 1000 * len(trials)
@@ -170,7 +170,7 @@ def _record(search: Search, trials: list[Record]) -> Record:
 
 
 def found(search: Search, path: Path) -> list[Record] | None:
-    """Return the trials of a search that a file holds; None if it holds something else."""
+    """Return the trials in a search's file; None if the file holds another search."""
     if not path.exists():
         return []
     try:

@@ -1,7 +1,7 @@
 """The report's plots, as plotly figures that the page draws without a network.
 
-Each plot has one figure for each choice of its selector, the first one shown first. Traces are
-named by their policy and carry no legend: the page has one key for all plots.
+Each plot has one figure per choice of its selector. Traces are named by their policy and carry no
+legend: the page has one legend for all plots.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ if TYPE_CHECKING:
 INK, SOFT, GRID = "#1c2127", "#5c6670", "#e4e7ea"
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
 LOGARITHMIC = {"type": "log", "dtick": "D2"}  # with labels at 1, 2 and 5
-WIDE = 10.0  # ratio of intrusions from which on their axis is logarithmic
+WIDE = 10.0  # ratio of intrusions above which their axis is logarithmic
 EVERY = 5  # instants between two points of a distance plot
 
 
 class Event(NamedTuple):
-    """Something that the paper reports of its simulation."""
+    """An event reported in the paper."""
 
     what: str
     time_s: float
 
 
-# By the name of the scenario (SPEC section 4.1).
+# By the name of the scenario (paper, section 5.1).
 PAPER_EVENTS = {
     "E*": (Event("decelerates", 1.6), Event("stops", 3.4)),
     "C*": (Event("decelerates", 4.6), Event("stops", 8.6)),
@@ -58,7 +58,7 @@ def library() -> str:
 
 
 def front(block: Mapping[str, Any], looks: Styles) -> Figure:
-    """Plot kinetic intrusion over time ratio with intervals, swept policies joined to a front.
+    """Plot kinetic intrusion over time ratio with intervals; a line joins swept policies.
 
     Args:
         block: one set of a study's summary.
@@ -98,10 +98,10 @@ def front(block: Mapping[str, Any], looks: Styles) -> Figure:
 
 
 def families(block: Mapping[str, Any]) -> Figure:
-    """Plot every point of each family, those on the family's own front joined by a line.
+    """Plot every point of each family; a line joins the family's Pareto front.
 
     Args:
-        block: of a study's summary, what ``front_summary`` found in some sets.
+        block: of a study's summary, from ``front_summary``.
     """
     figure = go.Figure()
     for family, look in styles(list(block)).items():
@@ -126,7 +126,7 @@ def families(block: Mapping[str, Any]) -> Figure:
 
 
 def beside_the_best(replay: Replay, looks: Styles) -> Figure:
-    """Plot speed over time for every policy, and that of the best drive as a band."""
+    """Plot speed over time for every policy, with the oracle's drive as a band."""
     figure, best = go.Figure(), replay.best
     assert best is not None
     figure.add_scatter(
@@ -171,7 +171,7 @@ def speeds(runs: Mapping[str, Drive], looks: Styles, events: tuple[Event, ...]) 
 
 
 def distances(runs: Mapping[str, Drive], looks: Styles) -> Figure:
-    """Plot how far the robot has come over time, for every policy on one scenario."""
+    """Plot distance over time for every policy in one scenario."""
     figure = go.Figure()
     for policy, look in looks.items():
         pose = runs[policy].pose
@@ -184,9 +184,9 @@ def distances(runs: Mapping[str, Drive], looks: Styles) -> Figure:
 
 
 def clearances(rows: pd.DataFrame, looks: Styles) -> Figure:
-    """Plot in which share of episodes the least clearance stayed below a value, by policy.
+    """Plot the cumulative distribution of minimum clearance over episodes, by policy.
 
-    Episodes in which nobody ever came count among all, so that a curve can end below 1.
+    Episodes without people count in the denominator, so that a curve can end below 1.
     """
     figure = go.Figure()
     for policy, look in looks.items():
@@ -203,7 +203,7 @@ def clearances(rows: pd.DataFrame, looks: Styles) -> Figure:
 
 
 def _point(metrics: Mapping[str, Any]) -> Point | None:
-    """Return mean, low and high on both axes, None where a mean is not known."""
+    """Return mean, low and high on both axes, None for an unknown mean."""
     means = tuple(metrics[axis]["mean"] for axis in AXES)
     if None in means:
         return None
@@ -218,7 +218,7 @@ def _point(metrics: Mapping[str, Any]) -> Point | None:
 
 
 def _whisker(point: Point, axis: int, look: Style) -> Figure:
-    """Return the interval as an error bar, of no length where it is not known."""
+    """Return the interval as an error bar, of length 0 if unknown."""
     mean, low, high = (point[end][axis] for end in ("mean", "low", "high"))
     return {
         "array": [high - mean],

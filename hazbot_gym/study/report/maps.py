@@ -1,4 +1,4 @@
-"""A scenario set as a picture from above: walls, the robot's path, and people's ways across it."""
+"""Top view of a scenario set: walls, the robot's path, and people's trajectories."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from hazbot_gym.core.state import Floats
 from hazbot_gym.evaluation.episode import X, Y
 from hazbot_gym.study.report.replays import Drive, Replay
 
-MARGIN_M = 2.0  # seen around the path at least
-JUMP_M = 0.5  # further than anybody walks in a decision: another person has taken the slot
-EVERY = 3  # instants between two points of a way
-MOST_WAYS = 12  # of an episode; a recorded crowd would hide everything else
-HUES = ("#c97a1d", "#a33a5c", "#3f8265")  # one for each episode; more would hide one another
+MARGIN_M = 2.0  # least margin around the path
+JUMP_M = 0.5  # longer than a step within a decision: another person took the slot
+EVERY = 3  # instants between two points of a trajectory
+MOST_WAYS = 12  # per episode; a recorded crowd would hide everything else
+HUES = ("#c97a1d", "#a33a5c", "#3f8265")  # one per episode; more would overlap
 
 Points = list[tuple[float, float]]
 
 
 class Picture(NamedTuple):
-    """What the page draws as SVG, in metres with y downwards.
+    """Data of an SVG drawing, in metres with y downwards.
 
     Attributes:
-        box: left, top, width, height of what is seen.
+        box: left, top, width, height of the view.
         walls: ends of each wall.
         path: the robot's, start to end.
-        episodes: the ways of the people in each episode, each from start to end, by its color.
+        episodes: trajectories of the people in each episode, by color.
     """
 
     box: tuple[float, float, float, float]
@@ -53,10 +53,10 @@ def picture(replays: Sequence[Replay], policy: str) -> Picture:
 
 
 def view(path: Floats, people: Sequence[Floats]) -> tuple[Floats, Floats]:
-    """Return the lower left and upper right corner of what is worth seeing, (2,) each [m].
+    """Return the lower left and upper right corner of the view, (2,) each [m].
 
-    That is the path with a margin. Where it is long and narrow, the view grows sideways to at most
-    twice as long as wide, if there are people to be seen.
+    The view is the path with a margin. If it is long and narrow, it grows sideways to an aspect
+    ratio of at most 2, as far as there are people.
 
     Args:
         path: (n, 2) points.
@@ -72,11 +72,11 @@ def view(path: Floats, people: Sequence[Floats]) -> tuple[Floats, Floats]:
 
 
 def ways(episode: Drive) -> list[Floats]:
-    """Return the way (n, 2) of each person of an episode, told apart by steps too long to walk."""
+    """Return the trajectory (n, 2) of each person of an episode, split at impossible steps."""
     found = []
     for slot in range(episode.people.shape[1]):
         points = episode.people[:, slot, (X, Y)]
-        breaks = ~(np.hypot(*np.diff(points, axis=0).T) < JUMP_M)  # also where somebody is missing
+        breaks = ~(np.hypot(*np.diff(points, axis=0).T) < JUMP_M)  # also if absent
         for part in np.split(points, np.nonzero(breaks)[0] + 1):
             there = part[np.isfinite(part[:, 0])]
             if len(there) > 1:
@@ -85,12 +85,12 @@ def ways(episode: Drive) -> list[Floats]:
 
 
 def _some(found: list[Floats]) -> list[Floats]:
-    """Return ways spread evenly over all of them, no more than can be told apart."""
+    """Return an even subset of the trajectories, small enough to be legible."""
     return found[:: -(-len(found) // MOST_WAYS) or 1]
 
 
 def positions(episode: Drive) -> Floats:
-    """Return where anybody ever was, (m, 2) [m]."""
+    """Return all positions of people, (m, 2) [m]."""
     points = episode.people[..., (X, Y)].reshape(-1, 2)
     return points[np.isfinite(points[:, 0])]
 

@@ -1,4 +1,4 @@
-"""The report's tables of fronts, of the best possible, of tails, and of other people and places."""
+"""Report tables: Pareto fronts, regret, tails, and out-of-distribution sets."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TAILS = (
     ("kinetic_intrusion_m2", "kinetic intrusion, m²"),
     ("time_ratio", "time ratio"),
 )
-# What is shown of places, people and machines not trained with: metric, title, scale, digits.
+# Shown for out-of-distribution places, people and robots: metric, title, scale, digits.
 ELSEWHERE = (
     ("time_ratio", "time ratio", 1.0, 2),
     ("kinetic_intrusion_m2", "kinetic intrusion, m²", 1.0, 3),
@@ -33,7 +33,7 @@ ELSEWHERE = (
 
 
 def regret_table(block: Mapping[str, Any], names: Sequence[str]) -> Table:
-    """Return how far each policy is from the yardstick in some scenarios, a row for each."""
+    """Return the regret of each policy relative to the oracle, one row per policy."""
     head = [title for _, title, _, _ in REGRETS]
     lines = [
         Line(
@@ -49,7 +49,7 @@ def regret_table(block: Mapping[str, Any], names: Sequence[str]) -> Table:
 
 
 def family_table(block: Mapping[str, Any]) -> Table:
-    """Return each family's hypervolume and what it has more than the first, a row for each."""
+    """Return each family's hypervolume and its difference from the first family's."""
     head = ["hypervolume", "more than the first", "points", "of them on its front"]
     lines = [
         Line(
@@ -67,7 +67,7 @@ def family_table(block: Mapping[str, Any]) -> Table:
 
 
 def tail_table(block: Mapping[str, Any], names: Iterable[str]) -> Table:
-    """Return the mean of the worst twentieth of each policy's episodes, a row for each."""
+    """Return the mean of the worst 5 % of each policy's episodes, one row per policy."""
     return Table(
         [title for _, title in TAILS],
         [
@@ -78,7 +78,7 @@ def tail_table(block: Mapping[str, Any], names: Iterable[str]) -> Table:
 
 
 def elsewhere_tables(blocks: Mapping[str, Any], names: Sequence[str]) -> dict[str, Table]:
-    """Return a table for each metric: a row for each group of sets, a column for each policy."""
+    """Return one table per metric: one row per group of sets, one column per policy."""
     return {
         title: Table(
             list(names),

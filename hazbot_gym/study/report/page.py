@@ -1,7 +1,7 @@
-"""The study as one page that needs no network: ``report.html``, made from what was recorded alone.
+"""Report page ``report.html``: one self-contained file, made from the records alone.
 
-The page is drawn by the templates in ``template/``; what they are filled with comes from
-``report_tables``, ``report_figures``, ``report_places``, ``report_replays`` and ``report_player``.
+The templates in ``template/`` are filled by ``tables``, ``oracle_tables``, ``figures``, ``maps``,
+``replays`` and ``player``.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ RECORDED = {
     "seeded": "People come in when, where and as fast as recorded, and react to the robot.",
 }
 
-# What records that somebody else made, with a checksum, can lead to: values of any type and size.
+# Foreign records with a valid checksum can hold values of any type and size, and raise these.
 _UNFIT = (
     OSError,
     ValueError,
@@ -54,19 +54,19 @@ _UNFIT = (
 
 
 class Study(NamedTuple):
-    """A finished study as it was recorded."""
+    """The records of a finished study."""
 
     config: StudyConfig
     manifest: Mapping[str, Any]
     summary: Summary
     rows: pd.DataFrame
     replays: Replays
-    sessions: list[dict[str, Any]]  # what it took
-    trainings: list[Training]  # of learners, if the study has any
+    sessions: list[dict[str, Any]]  # computational costs
+    trainings: list[Training]  # training curves of learners, if any
 
 
 def write_report(folder: Path) -> Path:
-    """Make the page of a finished study, beside its results, and return where it is.
+    """Write the page of a finished study beside its results, and return its path.
 
     Raises:
         InvalidInput: the folder holds no finished study.
@@ -82,7 +82,7 @@ def write_report(folder: Path) -> Path:
 
 
 def read(folder: Path) -> Study:
-    """Read what a finished study has left; nothing that a file names is read, imported or run.
+    """Read the records of a finished study; nothing named in a file is read, imported or run.
 
     Raises:
         InvalidInput: the folder holds no finished study, or one of another version.
@@ -199,13 +199,13 @@ def set_names(study: Study) -> list[str]:
 
 
 def rows_of(study: Study, name: str) -> pd.DataFrame:
-    """Return what was recorded in one set, or in several together."""
+    """Return the rows of one set, or of several together."""
     sets = pooled_sets(study.config).get(name, [name])
     return study.rows[study.rows["scenario_set"].isin(sets)]
 
 
 def all_blocks(study: Study) -> dict[str, Any]:
-    """Return the results of sets pooled and single, what matters most first."""
+    """Return the results of aggregates and single sets, most important first."""
     found = study.summary["sets"]
     first = headline(study.summary).name
     ordered = dict.fromkeys((first, *pooled_sets(study.config), *set_names(study)))
@@ -217,7 +217,7 @@ def make_plots(
     blocks: Mapping[str, Any],
     looks: Mapping[str, Style],
 ) -> dict[str, dict[str, Any]]:
-    """Return every plot of the page: for each choice of its selector a figure."""
+    """Return every plot of the page, one figure per choice of its selector."""
     replays = study.replays.chosen
     paper = {
         scenarios.name: figures.PAPER_EVENTS[scenarios.overrides["scenario"]]
@@ -241,7 +241,7 @@ def make_plots(
 
 
 def _optional_plots(study: Study, looks: Mapping[str, Style]) -> dict[str, dict[str, Any]]:
-    """Return the plots of fronts and yardstick, where the study has them."""
+    """Return the plots of fronts and oracle, if the study has them."""
     plots = {}
     if study.config.fronts is not None:
         plots["families"] = {
@@ -256,7 +256,7 @@ def _optional_plots(study: Study, looks: Mapping[str, Style]) -> dict[str, dict[
 
 
 def fronts_of(study: Study) -> dict[str, Any]:
-    """Return the families' fronts in sets together and single, families as the study names them."""
+    """Return the families' fronts, pooled and per set, in the study's order of families."""
     if study.config.fronts is None:
         return {}
     return {
@@ -266,7 +266,7 @@ def fronts_of(study: Study) -> dict[str, Any]:
 
 
 def _in_order(study: Study, part: str) -> dict[str, Any]:
-    """Return a part of the summary, whose names are sorted there, with what is pooled first."""
+    """Return a part of the summary with aggregates first."""
     found, names = study.summary.get(part, {}), set_names(study)
     pooled = [name for name in found if name not in names]
     return {name: found[name] for name in (*pooled, *names) if name in found}
@@ -286,7 +286,7 @@ def describe(scenarios: ScenarioSet) -> str:
 
 
 def _changes(overrides: Mapping[str, Any], path: str = "") -> Iterator[str]:
-    """Yield config values as ``group.key = value``; entries of a list that are all alike, once."""
+    """Yield config values as ``group.key = value``; equal entries of a list only once."""
     for name, value in overrides.items():
         if isinstance(value, Mapping):
             yield from _changes(value, f"{path}{name}.")
@@ -299,7 +299,7 @@ def _changes(overrides: Mapping[str, Any], path: str = "") -> Iterator[str]:
 
 
 def _environment() -> jinja2.Environment:
-    """Return the templates, which escape whatever they are filled with."""
+    """Return the template environment, with autoescape."""
     folder = resources.files("hazbot_gym.study.report") / "template"
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(lambda name: (folder / name).read_text(encoding="utf-8")),

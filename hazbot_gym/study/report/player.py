@@ -1,4 +1,4 @@
-"""Replays as the page's player reads them: whole centimetres and degrees, deflated."""
+"""Encoding of replays for the page's player: whole centimetres and degrees, deflated."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hazbot_gym.evaluation.episode import VX, VY, X, Y
 from hazbot_gym.study.report.maps import positions, view
 from hazbot_gym.study.report.replays import Drive, Replay
 
-NOBODY = 99_999  # where a slot for a person is empty, or nobody is near what is seen
+NOBODY = 99_999  # empty slot, or person outside the view
 
 
 def pack(replays: Mapping[str, Sequence[Replay]]) -> str:
@@ -50,7 +50,7 @@ def _replay(replay: Replay) -> dict[str, Any]:
 
 
 def _run(episode: Drive, low: Floats, high: Floats) -> dict[str, Any]:
-    """Pack an episode, with those people who are between two corners."""
+    """Pack an episode, with the people between two corners."""
     places = episode.people[..., (X, Y)]
     is_near = ((places > low) & (places < high)).all(axis=-1, keepdims=True)
     people = np.where(is_near, episode.people, np.nan)
@@ -71,7 +71,7 @@ def _run(episode: Drive, low: Floats, high: Floats) -> dict[str, Any]:
 
 
 def _end(episode: Drive) -> str:
-    """Return how an episode ended, in words."""
+    """Return the outcome of an episode as text."""
     words = {
         "arrived": "arrived",
         "timeout": "ran out of time",
@@ -83,9 +83,7 @@ def _end(episode: Drive) -> str:
 
 
 def steps(values: Floats) -> list[int]:
-    """Return whole numbers as the first one and the steps from each to the next.
-
-    They deflate to a fraction of the numbers themselves.
+    """Return the delta encoding of whole numbers, which deflates better.
     """
     changes: list[int] = np.diff(_whole(values), prepend=0).tolist()
     return changes

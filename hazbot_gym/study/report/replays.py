@@ -1,7 +1,7 @@
-"""Replays as a study records them: the drives that the report shows, in one parquet file.
+"""Replay records: the drives shown in the report, in one parquet file.
 
-A row is one drive of one scenario. It holds all that a picture of it needs (walls, path, robot and
-people), so that who reads it makes no environment and no policy.
+A row is one drive of one scenario. It holds walls, path, robot and people, so that drawing needs
+neither environment nor policy.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from hazbot_gym.evaluation.episode import PERSON_COLUMNS, Episode, stack_people
 if TYPE_CHECKING:
     import pandas as pd
 
-BEST = ""  # name of no policy: the best drive of a scenario
+BEST = ""  # reserved name: the oracle's drive of a scenario
 MOST_CELLS = 50_000_000  # 2 GB; a full study has a tenth of it
 _KEYS = ("scenario_set", "beside_best", "episode")
 
 
 class Drive(NamedTuple):
-    """What is seen of an episode; fields are those of ``Episode``.
+    """Visible part of an episode; fields as in ``Episode``.
 
     Attributes:
-        is_recorded: Whether it gave the numbers that the study has of that episode. A policy that
-            draws at random gives others each time it drives.
+        is_recorded: Whether it reproduced the episode's recorded metrics. A stochastic policy may
+            not.
     """
 
     time_s: Floats
@@ -40,7 +40,7 @@ class Drive(NamedTuple):
 
 
 class Replay(NamedTuple):
-    """One scenario of a set, as every policy drove through it.
+    """One scenario of a set with every policy's drive.
 
     Attributes:
         number: The episode's number in its set.
@@ -48,7 +48,7 @@ class Replay(NamedTuple):
         walls: (W, 4) ends of the walls [m].
         path: (n, 2) points of the robot's path [m].
         runs: The drive of each policy, by name.
-        best: The best drive, where the study has a yardstick and this scenario shows it.
+        best: The oracle's drive, if the study has one for this scenario.
     """
 
     number: int
@@ -60,14 +60,14 @@ class Replay(NamedTuple):
 
 
 class Replays(NamedTuple):
-    """All replays of a study, by set: the chosen episodes, and the one beside the best drive."""
+    """All replays of a study, by set: the selected episodes, and one with the oracle's drive."""
 
     chosen: dict[str, list[Replay]]
     beside_best: dict[str, Replay]
 
 
 def drive_of(episode: Episode, *, is_recorded: bool = True) -> Drive:
-    """Return what is seen of an episode."""
+    """Return the visible part of an episode."""
     shared = {name: getattr(episode, name) for name in Drive._fields[:-1]}
     return Drive(**shared, is_recorded=is_recorded)
 
@@ -82,7 +82,7 @@ def rows_of(replays: Replays) -> Iterator[dict[str, Any]]:
 
 
 def from_rows(rows: pd.DataFrame) -> Replays:
-    """Return the replays that ``rows_of`` gave.
+    """Return the replays from the rows of ``rows_of``.
 
     Raises:
         ValueError: These are no such rows.
@@ -102,7 +102,7 @@ def from_rows(rows: pd.DataFrame) -> Replays:
 
 
 def _check_size(rows: pd.DataFrame) -> None:
-    """Refuse drives that would take all the memory: each has a cell for everybody at any time."""
+    """Reject drives that exceed the memory: each needs a cell per person and instant."""
     columns = zip(rows["time_s"], rows["persons"], strict=True)
     cells = sum(len(times) * len(np.unique(persons)) for times, persons in columns)
     if cells > MOST_CELLS:
@@ -128,9 +128,9 @@ def _columns(drive: Drive) -> dict[str, Any]:
     instants, persons = np.nonzero(np.isfinite(drive.people[..., 0]))
     return {
         **{name: _flat(getattr(drive, name)) for name in ("time_s", "pose", "speed_mps")},
-        "instants": instants.astype(np.int32),  # at which somebody is there,
-        "persons": persons.astype(np.int32),  # who,
-        "people": _flat(drive.people[instants, persons]),  # and where
+        "instants": instants.astype(np.int32),  # instant of each sighting,
+        "persons": persons.astype(np.int32),  # person,
+        "people": _flat(drive.people[instants, persons]),  # position
         "outcome": drive.outcome,
         "contact_caused_by": drive.contact_caused_by,
         "is_recorded": drive.is_recorded,

@@ -1,4 +1,4 @@
-"""How each policy looks in every picture and table: the same colour, dash and mark everywhere.
+"""Plot style of each policy: colour, dash and marker, the same in every figure and table.
 
 Variants of a family (``fuzzy_expert:...``) share a hue and a mark. The family of constant speeds is
 the swept reference and stays grey, from light for slow to dark for fast.
@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-SWEPT = "constant"  # the family whose members are joined to a front
+SWEPT = "constant"  # the family joined to a front
 
-# Hues that keep a contrast of 4.5 to white and are told apart by most colour-blind readers.
+# Hues with a contrast of 4.5 to white, distinguishable for most colour-blind readers.
 HUES = ("#0067a5", "#b83a00", "#00785a", "#8a3c8f", "#856200", "#007a87", "#b8336a")
 GREYS = ("#8c8c8c", "#333333")  # slowest and fastest of the swept family
 DASHES = {"solid": "", "dash": "7 3", "dot": "2 3", "dashdot": "7 3 2 3"}  # plotly's, and SVG's
@@ -25,7 +25,7 @@ MARKS = {  # plotly's name, and the same as an SVG path about the origin
 
 
 class Style(NamedTuple):
-    """How one policy looks; dash and mark are keys of ``DASHES`` and ``MARKS``."""
+    """Style of one policy; dash and mark are keys of ``DASHES`` and ``MARKS``."""
 
     color: str
     dash: str
@@ -34,12 +34,12 @@ class Style(NamedTuple):
 
 
 def family_of(policy: str) -> str:
-    """Return what comes before a policy's options."""
+    """Return a policy's family, the name before its options."""
     return policy.partition(":")[0]
 
 
 def styles(policies: Sequence[str]) -> dict[str, Style]:
-    """Return the style of every policy of a study; it depends on their order alone."""
+    """Return the style of every policy of a study; styles depend on their order alone."""
     families = _grouped(policies)
     hues = [family for family in families if family != SWEPT]
     chosen = {}
@@ -64,6 +64,6 @@ def _grouped(policies: Iterable[str]) -> dict[str, list[str]]:
 
 
 def _mix(start: str, end: str, share: float) -> str:
-    """Return the colour a share of the way from one to another, both ``#rrggbb``."""
+    """Interpolate between two colours ``#rrggbb``."""
     a, b = bytes.fromhex(start[1:]), bytes.fromhex(end[1:])
     return "#" + bytes(round(x + share * (y - x)) for x, y in zip(a, b, strict=True)).hex()

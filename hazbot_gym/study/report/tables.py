@@ -1,4 +1,4 @@
-"""The report's tables: every number beside its interval, the best of each column marked."""
+"""Report tables: every number with its interval, the best of each column marked."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hazbot_gym.evaluation.statistics.pareto import AXES, dominated
 from hazbot_gym.study.summary import COMPARED
 from hazbot_gym.study.terminal_tables import COLUMNS, Column
 
-# Of the terminal's columns, what the first table shows; the other two stand in the full tables.
+# Terminal columns in the first table; the other two are in the full tables.
 HEADLINE = (
     "arrived",
     "contact_robot_caused",
@@ -21,7 +21,7 @@ HEADLINE = (
 )
 MORE_IS_BETTER = ("arrived", "return")
 UNKNOWN = "?"
-NAMED = 3  # of those by whom somebody is dominated
+NAMED = 3  # of dominating policies
 
 
 class Cell(NamedTuple):
@@ -40,10 +40,10 @@ class Line(NamedTuple):
 
 
 class Standing(NamedTuple):
-    """Who trades time against intrusion as well as anybody, and who does not."""
+    """Pareto standing: Pareto-optimal policies, and dominated ones."""
 
     undominated: list[str]
-    dominated: dict[str, str]  # by whom
+    dominated: dict[str, str]  # dominated policy and its dominating policies
 
 
 class Table(NamedTuple):
@@ -54,7 +54,7 @@ class Table(NamedTuple):
 
 
 def headline(block: Mapping[str, Any], policies: tuple[str, ...]) -> Table:
-    """Return the table of what policies are judged by, a row for each of them."""
+    """Return the table of headline metrics, one row per policy."""
     columns = _columns(HEADLINE)
     best = {column.metric: _best(block, column) for column in columns}
     lines = [
@@ -75,7 +75,7 @@ def headline(block: Mapping[str, Any], policies: tuple[str, ...]) -> Table:
 
 
 def all_metrics(block: Mapping[str, Any], policies: tuple[str, ...]) -> Table:
-    """Return the table of everything measured, a row for each metric."""
+    """Return the table of all metrics, one row per metric."""
     names = list(block[policies[0]]["metrics"])
     known = {column.metric: column for column in COLUMNS}
     first = [name for name in known if name in names]
@@ -104,9 +104,9 @@ def differences(block: Mapping[str, Any], policies: tuple[str, ...], reference: 
 
 
 def standing(block: Mapping[str, Any]) -> Standing:
-    """Return who of a set is dominated by nobody, and by whom the others are.
+    """Return the Pareto-optimal policies of a set, and the dominating policies of the others.
 
-    Both are empty where no policy has an interval, as in a set of a single scenario.
+    Both are empty if no policy has an interval, as in a set of a single scenario.
     """
     found = dominated(block) if _has_intervals(block) else {}
     return Standing(
@@ -120,7 +120,7 @@ def _has_intervals(block: Mapping[str, Any]) -> bool:
 
 
 def _some(names: list[str]) -> str:
-    """Return the first names of a list, and how many more there are."""
+    """Return the first names of a list, and the number of omitted ones."""
     shown, more = names[:NAMED], len(names) - NAMED
     return ", ".join(shown) + (f" and {more} more" if more > 0 else "")
 
@@ -139,7 +139,7 @@ def _digits(column: Column) -> int:
 
 
 def _best(block: Mapping[str, Any], column: Column) -> set[str]:
-    """Return the policies whose mean nobody's exceeds as it is shown."""
+    """Return the policies with the best mean at the displayed precision."""
     sign = -1.0 if column.metric in MORE_IS_BETTER else 1.0
     means = {policy: result["metrics"][column.metric]["mean"] for policy, result in block.items()}
     shown = {
