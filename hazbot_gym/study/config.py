@@ -54,9 +54,7 @@ class Learner(Section):
     """A policy trained by the study, once per training seed."""
 
     name: Annotated[str, MinLen(1)]
-    config: Annotated[
-        Path, Loose
-    ]  # training file; relative to the study file
+    config: Annotated[Path, Loose]  # training file; relative to the study file
     seeds: Annotated[int, Ge(1), Le(1000)] = 10  # consecutive seeds from the file's seed
     steps: Steps | None = None  # total decisions; None: as in the file
     changes: dict[str, Any] = Field(default_factory=dict)  # overrides of the file, by section
@@ -76,7 +74,7 @@ class Learner(Section):
 class Yardstick(Section):
     """Sets in which policies are compared with the oracle (``evaluation/oracle/runs.py``)."""
 
-    sets: SomeNames  # names of sets, or what several begin with
+    sets: SomeNames  # names or prefixes of sets
     episodes: Episodes = 25  # first scenarios of each set
     # of the search with reactive people: parallel plans,
     worlds: Annotated[int, Ge(1), Le(10_000)] = 96
@@ -86,7 +84,7 @@ class Yardstick(Section):
 class Fronts(Section):
     """Sets and families for the Pareto fronts over sweep parameters (``front_summary.py``)."""
 
-    sets: SomeNames  # names of sets, or what several begin with
+    sets: SomeNames  # names or prefixes of sets
     families: Names = ()  # of rules, swept as in ``policies/knobs.py``
     groups: dict[str, SomeNames] = Field(default_factory=dict)
     # Reference point of the hypervolume: time ratio, kinetic intrusion.

@@ -48,7 +48,7 @@ class Headline(NamedTuple):
 
 
 def scenarios_of(policies: Mapping[str, Any]) -> int:
-    """Return the number of scenarios per policy in a block of a summary, for any number of seeds."""
+    """Return the number of scenarios per policy in a block of a summary, seeds not counted."""
     first = next(iter(policies.values()))
     return int(first["episodes"]) // int(first["training_seeds"])
 

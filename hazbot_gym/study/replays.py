@@ -138,9 +138,9 @@ def record(
         best: Rows of the oracle, if the study has one.
         specs: Spec of each policy, by name; the first seed of a learner.
         stamp: Stamp of all inputs of the drives.
-        threads: That the batched engine may use.
+        threads: Number of threads of the batched engine.
         console: Output for warnings about policies that are not reproducible.
-        allowed: What the policies may run.
+        allowed: Permissions of the policies.
     """
     chosen = choices(study, rows, best)
     drives = sum((len(each.episodes)) * len(study.shown_names) + bool(each.best) for each in chosen)
@@ -181,8 +181,8 @@ def replay(
         choice: The episodes.
         rows: The recorded rows.
         specs: Spec of each policy, by name.
-        threads: That the batched engine may use.
-        allowed: What the policies may run.
+        threads: Number of threads of the batched engine.
+        allowed: Permissions of the policies.
     """
     scenarios = choice.scenarios
     wanted = rows[(rows["training_seed"] == 0) & (rows["scenario_set"] == scenarios.name)]

@@ -83,8 +83,7 @@ def _end(episode: Drive) -> str:
 
 
 def steps(values: Floats) -> list[int]:
-    """Return the delta encoding of whole numbers, which deflates better.
-    """
+    """Return the delta encoding of whole numbers, which deflates better."""
     changes: list[int] = np.diff(_whole(values), prepend=0).tolist()
     return changes
 
