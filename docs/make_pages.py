@@ -51,14 +51,20 @@ PAGES = (
     ),
 )
 
-README, BEGIN, END = ROOT / "README.md", "<!-- the study's headline -->\n", "<!-- end -->"
+README, END = ROOT / "README.md", "<!-- end -->"
 
 
 def readme() -> str:
-    """Return the README with its table as the record of the study has it."""
-    before, _, rest = README.read_text(encoding="utf-8").partition(BEGIN)
-    table = study_report.readme_table(read_json(RECORDS / "study.json"))
-    return f"{before}{BEGIN}{table}\n{END}{rest.partition(END)[2]}"
+    """Return the README with its table and its speeds as the records have them."""
+    text = README.read_text(encoding="utf-8")
+    text = _filled(text, "study", study_report.readme_table(read_json(RECORDS / "study.json")))
+    return _filled(text, "speed", bench_report.readme_line(read_json(RECORDS / "bench.json")))
+
+
+def _filled(text: str, block: str, content: str) -> str:
+    """Return a text with new content between ``<!-- block -->`` and the next ``<!-- end -->``."""
+    before, begin, rest = text.partition(f"<!-- {block} -->\n")
+    return f"{before}{begin}{content}\n{END}{rest.partition(END)[2]}"
 
 
 if __name__ == "__main__":

@@ -72,6 +72,10 @@ def test_the_policy_that_it_saves_as_a_module_prints_nothing_when_imported() -> 
     assert "With its imports and the class saved in `mine.py`" in README
 
 
+def test_it_is_short() -> None:
+    assert len(README.splitlines()) <= 120
+
+
 def test_every_file_that_it_names_is_there() -> None:
     links = re.findall(r"\]\(([^)]+)\)", README)
     for link in links:

@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.console import Group
 
-from hazbot_gym.bench.cases import CARTPOLE, CORRIDOR
+from hazbot_gym.bench.cases import CARTPOLE, CORRIDOR, batched
 from hazbot_gym.utils.text_tables import Rows, console_table, markdown_table, shown
 
 Record = dict[str, Any]
@@ -50,6 +50,18 @@ def page(template: str, record: Record, *, name: str) -> str:
     }
     plain = {"record": name, "what": record["what"], "turns": record["turns"]}
     return Template(template).substitute(tables, **plain, **record["machine"])
+
+
+def readme_line(record: Record) -> str:
+    """Return the speeds that the README names."""
+    machine, batch = record["machine"], record["cases"][batched(1024, 4)]
+    rate, ratio = _rate(record[CORRIDOR])
+    many, times = _rate(batch)
+    return (
+        f"{rate.partition(' (')[0]} steps a second in one environment ({ratio} of CartPole-v1's in "
+        f"the same run), {many.partition(' (')[0]} in\na batch of 1024 with four people each "
+        f"({times} times one CartPole-v1), on {machine['cores']} cores of {machine['processor']}."
+    )
 
 
 def rate_rows(record: Record) -> Rows:

@@ -20,6 +20,7 @@ except ImportError as error:
 
 INCOMPLETE = "the film is not complete; is there enough space?"
 Image = npt.NDArray[np.uint8]  # (height, width, 3), with even sides
+PLAIN = PIL.Image.Dither.NONE  # dithering would flicker, and fill the file
 
 
 class Film(Protocol):
@@ -78,21 +79,25 @@ class Mp4:
 
 
 class Gif:
-    """An animation that starts over and over, in the colours of its first picture."""
+    """An animation that starts over and over.
 
-    def __init__(self, path: Path, pictures_per_s: float) -> None:
+    Args:
+        path: Of the file.
+        pictures_per_s: Pictures a second.
+        colors: Picture whose colors all pictures have; None for the first one's.
+    """
+
+    def __init__(self, path: Path, pictures_per_s: float, colors: Image | None = None) -> None:
         self._path, self._duration_ms = path, 1000.0 / pictures_per_s
-        self._palette: PIL.Image.Image | None = None
+        self._palette = None if colors is None else _palette_of(PIL.Image.fromarray(colors))
         self._packed: list[io.BytesIO] = []  # plain pictures would fill the memory
 
     def add(self, image: Image) -> None:
         """Add the next picture."""
-        plain = PIL.Image.Dither.NONE  # dithering would flicker, and fill the file
         picture = PIL.Image.fromarray(image)
-        if self._palette is None:
-            self._palette = picture.quantize(method=PIL.Image.Quantize.FASTOCTREE, dither=plain)
+        self._palette = self._palette or _palette_of(picture)
         self._packed.append(io.BytesIO())
-        picture.quantize(palette=self._palette, dither=plain).save(self._packed[-1], "PNG")
+        picture.quantize(palette=self._palette, dither=PLAIN).save(self._packed[-1], "PNG")
 
     def close(self) -> None:
         """Write the file, if there is anything to write."""
@@ -105,6 +110,10 @@ class Gif:
 
     def check(self) -> None:
         """Do nothing: ``close`` raises."""
+
+
+def _palette_of(picture: PIL.Image.Image) -> PIL.Image.Image:
+    return picture.quantize(method=PIL.Image.Quantize.FASTOCTREE, dither=PLAIN)
 
 
 def save_picture(path: Path, image: Image) -> None:

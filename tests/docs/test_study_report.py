@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import study_report
 from study_record import KEPT, RATES, record_of, small_record_of
 from study_report import page, readme_table
 from study_targets import sonar_targets, tracks_targets
@@ -119,7 +120,9 @@ def test_page_leaves_no_placeholder_and_shows_every_policy() -> None:
     assert "1.400 (1.390 to 1.410)" in text
 
 
-def test_headline_for_the_readme_has_who_is_shown() -> None:
+def test_headline_for_the_readme_has_six_policies(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert len(study_report.README_POLICIES) == 6
+    monkeypatch.setattr(study_report, "README_POLICIES", ("residual",))
     table = readme_table({"tracks": record(**GOOD)})
     assert "| `residual` | 0.00 | 1.400 | 0.0200 | 0.00 |" in table
     assert "directional" not in table
