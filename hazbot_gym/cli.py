@@ -16,7 +16,7 @@ import signal
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import typer
 
@@ -352,8 +352,9 @@ def tracks(
     """
     from hazbot_gym.calibration import tracks_report
     from hazbot_gym.task.track_files import Options
+    from hazbot_gym.task.track_formats.table import Unit
 
-    options = Options(fps, units, columns, metres_per_pixel)
+    options = Options(fps, cast("Unit | None", units), columns, metres_per_pixel)  # checked there
     tracks_report.describe(path, terminal.output_console(), options)
 
 

@@ -82,7 +82,7 @@ def part_rows(record: Record) -> Rows:
 
 def goal_rows(record: Record) -> Rows:
     """Return what was to be reached, and what was measured."""
-    rows = []
+    rows: Rows = []
     for name, goal in record["goals"].items():
         side = "at least" if "at least" in goal else "at most"
         rows.append((name, f"{side} {shown(goal[side])}", shown(goal["measured"])))

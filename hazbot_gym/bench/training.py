@@ -80,12 +80,13 @@ def bench_training(paths: list[Path], *, seeds: int = SEEDS, episodes: int = EPI
 def _measure(path: Path, config: TrainConfig, seeds: int, episodes: int) -> Record:
     expert = judge(EXPERT, config, episodes)
     runs = [learn(path, config, seed, expert, episodes) for seed in range(seeds)]
-    measured = {"runs": runs, "speed": speed(path, config)}
+    fast = speed(path, config)
     return {
         "config": config.model_dump(mode="json"),
         "expert": expert,
-        **measured,
-        "goals": goals(**measured),
+        "runs": runs,
+        "speed": fast,
+        "goals": goals(runs, fast),
     }
 
 

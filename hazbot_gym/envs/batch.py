@@ -164,7 +164,8 @@ def _judge(
 @scalar
 def _reflex(i: int, worlds: Worlds, reflex_stop_m: float) -> bool:
     """Tell whether something is so near in front that the robot stops by itself."""
-    return min(worlds.ranges[i, 0], worlds.ranges[i, 1]) < reflex_stop_m
+    is_near: bool = min(worlds.ranges[i, 0], worlds.ranges[i, 1]) < reflex_stop_m
+    return is_near
 
 
 # --- all worlds ----------------------------------------------------------------------------------

@@ -46,14 +46,14 @@ def world_info(
     terms = outputs.terms.T.copy()
     time_s, costs = np.round(outputs.steps * decision_s, 9), outputs.costs.copy()
     speeds_mps = decisions["speed_mps"].copy()
-    keys, places, times_free_s = (column.copy() for column in scenarios)
+    keys, times_free_s = scenarios.keys.copy(), scenarios.times_free_s.copy()
     silent = np.flatnonzero(fresh | ~told)
     terms[:, silent] = time_s[silent] = costs[silent] = speeds_mps[silent] = 0.0
     keys[~told] = times_free_s[~told] = 0
     return masked(
         told,
         scenario_key=keys,
-        place=_where(told, places),
+        place=_where(told, scenarios.places.copy()),
         time_free_s=times_free_s,
         time_s=time_s,
         reward_terms=masked(told, **dict(zip(TERMS, terms, strict=True))),

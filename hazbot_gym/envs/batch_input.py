@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from gymnasium.utils.seeding import np_random
@@ -43,7 +43,8 @@ def commands_of(actions: Any, worlds: int, config: Config) -> Floats:
         is_level = values.dtype.kind in "iu" and np.all((values >= 0) & (values < levels))
         if values.shape != (worlds,) or not is_level:
             raise _wrong(values, f"{worlds} integers 0 to {levels - 1}")
-        return nominal * np.array(SPEED_LEVELS)[values]
+        asked: Floats = nominal * np.array(SPEED_LEVELS)[values]
+        return asked
     if values.shape != (worlds, 1) or values.dtype.kind not in "iuf":
         raise _wrong(values, f"numbers of shape ({worlds}, 1)")
     values = values[:, 0].astype(np.float64)
@@ -51,7 +52,8 @@ def commands_of(actions: Any, worlds: int, config: Config) -> Floats:
     if not is_allowed.all():
         wrong = values[~is_allowed][0]
         raise InvalidInput(f"actions: given {wrong}, allowed is -1 <= action <= 1")
-    return nominal * 0.5 * (np.clip(values, -1.0, 1.0) + 1.0)
+    commands: Floats = nominal * 0.5 * (np.clip(values, -1.0, 1.0) + 1.0)
+    return commands
 
 
 def _wrong(values: Any, allowed: str) -> InvalidInput:
@@ -95,7 +97,7 @@ def seeds_of(given: Seeds, worlds: int) -> list[int | None]:
         given = range(int(given), int(given) + worlds)
     elif isinstance(given, str) or not np.iterable(given):
         whole_number(given, "seed", 0)
-    seeds = list(given)
+    seeds = list(cast(Sequence[int | None], given))
     if len(seeds) != worlds:
         raise InvalidInput(f"seed: given {len(seeds)} seeds for {worlds} worlds")
     return [None if seed is None else whole_number(seed, "seed", 0) for seed in seeds]

@@ -85,7 +85,7 @@ class BatchViewer:
             patterns=worlds.tracks[i]["pattern"].tolist(),
             ranges_m=worlds.ranges[i],
             trail=np.array([at[i] for at in trail]),
-            castor_rad=castor_of(*self._driven[i], self._config),
+            castor_rad=castor_of(self._driven[i, 0], self._driven[i, 1], self._config),
             terms=dict(zip(TERMS, self._terms[i].tolist(), strict=True)),
             total_reward=float(self._returns[i]),
             time_s=time_s,

@@ -20,7 +20,7 @@ from hazbot_gym.errors import MissingExtra
 
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 try:
-    import pygame
+    import pygame as pygame  # for the window, too
 except ImportError as error:
     raise MissingExtra("pygame-ce", "render") from error
 
@@ -194,4 +194,5 @@ def dark(color: Color) -> Color:
 def turned(shape: Floats, x_m: float, y_m: float, heading_rad: float) -> Floats:
     """Return a shape (n, 2), given facing +x at the origin, where it stands and faces."""
     cos, sin = math.cos(heading_rad), math.sin(heading_rad)
-    return shape @ np.array([[cos, sin], [-sin, cos]]) + np.array([x_m, y_m])
+    stood: Floats = shape @ np.array([[cos, sin], [-sin, cos]]) + np.array([x_m, y_m])
+    return stood

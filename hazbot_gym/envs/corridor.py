@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, SupportsFloat
+from typing import Any, SupportsFloat, cast
 
 import gymnasium
 import numpy as np
@@ -114,7 +114,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
     """
 
     metadata: dict[str, Any] = {"render_modes": list(MODES), "render_fps": 10}  # noqa: RUF012
-    spec = CompleteSpec()  # type: ignore[assignment]
+    spec = CompleteSpec()
 
     def __init__(
         self,
@@ -140,7 +140,8 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         self._sensors = as_record(sensor_parameters(self.config))
         self._weights = np.array(self.config.reward)
         self._layout = LAYOUTS[self.config.tier]
-        self.observation_space, self.action_space = spaces_of(self.config)
+        observed, self.action_space = spaces_of(self.config)
+        self.observation_space = cast("gymnasium.Space[npt.NDArray[np.float32]]", observed)
         self._ranges = np.zeros(SENSORS)
         self._terms = np.zeros(len(TERMS))
         self._decision = records(DECISION, 1)
@@ -186,7 +187,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         is_terminated = outcome not in (RUNNING, TIMEOUT)
         return observation, reward, is_terminated, outcome == TIMEOUT, self._info()
 
-    def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> npt.NDArray[np.uint8] | None:
         """Return a picture (H, W, 3) in the mode "rgb_array"; "human" shows it by itself."""
         return self._viewer.picture()
 

@@ -75,7 +75,8 @@ class View(NamedTuple):
         """Return (..., 2) pixel columns and rows of points (..., 2) [m]."""
         middle = np.array([self.width, self.height]) / 2.0
         offset = np.asarray(points) - np.array([self.x_m, self.y_m])
-        return middle + self.px_per_m * offset * np.array([1.0, -1.0])
+        pixels: Floats = middle + self.px_per_m * offset * np.array([1.0, -1.0])
+        return pixels
 
 
 def size_of(place: Place) -> tuple[int, int]:

@@ -39,7 +39,7 @@ class NumericInfo(VectorWrapper):  # not generic in Gymnasium 1.1
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
         """Take one decision in every world."""
         *told, info = self.env.step(actions)
-        return *told, _numbers(info)  # type: ignore[return-value]
+        return *told, _numbers(info)
 
 
 def _numbers(info: dict[str, Any], prefix: str = "") -> dict[str, Any]:

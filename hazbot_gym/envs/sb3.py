@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
@@ -80,23 +80,22 @@ class CorridorVecEnv(VecEnv):
                 raise InvalidInput(f"id: given {id!r} and functions of environments, allowed: one")
             spec = self._singles.spec or spec
             given = {"config": self._singles.config, "render_mode": self._singles.render_mode}
-            num_envs, arguments = len(num_envs), {**given, **arguments}
+            arguments = {**given, **arguments}
         elif id is not None:
             is_said = "max_episode_steps" in arguments
             horizon = {} if is_said else horizon_of_spec(spec, arguments)
             arguments = {**spec.kwargs, **horizon, **arguments}
-        self.worlds = CorridorVectorEnv(
-            num_envs, autoreset_mode=AutoresetMode.SAME_STEP, **arguments
-        )
+        count = len(num_envs) if isinstance(num_envs, list | tuple) else cast(int, num_envs)
+        self.worlds = CorridorVectorEnv(count, autoreset_mode=AutoresetMode.SAME_STEP, **arguments)
         spec.max_episode_steps = self.worlds.config.max_episode_steps
         spec.kwargs = {"config": self.worlds.config.model_dump(mode="json")}
         self.spec = spec
         self._actions: npt.NDArray[Any] | None = None
-        self.terms, self.costs = np.zeros((num_envs, len(TERMS))), np.zeros(num_envs)
+        self.terms, self.costs = np.zeros((count, len(TERMS))), np.zeros(count)
         actions = self.worlds.single_action_space
         if self._singles and self._singles.action_space == actions:
             actions = self._singles.action_space  # make_vec_env has seeded it
-        super().__init__(num_envs, self.worlds.single_observation_space, actions)
+        super().__init__(count, self.worlds.single_observation_space, actions)
         self.metadata = CorridorEnv.metadata | {"render_fps": self.worlds.metadata["render_fps"]}
         if seed is not None:
             self.seed(seed)
@@ -216,7 +215,7 @@ def _decision_of(info: dict[str, Any]) -> tuple[Floats, Floats]:
     """Return terms and costs of a decision in all worlds; an end that was reset tells its own."""
     tellers = [info, info["final_info"]] if "final_info" in info else [info]  # each 0 elsewhere
     terms = sum(np.stack([teller["reward_terms"][name] for name in TERMS], 1) for teller in tellers)
-    return terms, sum(teller["cost"] for teller in tellers)
+    return cast(Floats, terms), sum(teller["cost"] for teller in tellers)
 
 
 def _by_world(info: dict[str, Any], which: Any = slice(None)) -> list[dict[str, Any]]:

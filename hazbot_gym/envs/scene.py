@@ -147,4 +147,5 @@ def _ellipse(half_length_m: float, half_width_m: float) -> Floats:
 
 def _box(length_m: float, width_m: float, center: tuple[float, float]) -> Floats:
     corners = np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [-1.0, 1.0]]) / 2.0
-    return corners * np.array([length_m, width_m]) + np.array(center)
+    box: Floats = corners * np.array([length_m, width_m]) + np.array(center)
+    return box

@@ -103,7 +103,7 @@ def _locals_of(maker: Callable[..., object], env: object) -> dict[str, Any]:
     To be called by what the environment's constructor calls.
     """
     frame: FrameType | None = sys._getframe(3)
-    while frame is not None and frame.f_code is not maker.__code__:  # type: ignore[attr-defined]
+    while frame is not None and frame.f_code is not maker.__code__:
         if frame.f_code.co_name == "__init__" and frame.f_locals.get("self") is not env:
             return {}
         frame = frame.f_back

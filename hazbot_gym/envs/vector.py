@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -75,7 +75,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         "render_fps": 10,
         "autoreset_mode": AutoresetMode.NEXT_STEP,
     }
-    spec = CompleteSpec()  # type: ignore[assignment]
+    spec = CompleteSpec()
     closed = True  # until it is made: some versions of Gymnasium close what a wrong argument leaves
 
     def __init__(
@@ -191,15 +191,15 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         """
         mask, keys = reset_options_of(options, self.num_envs)
         if seed is None and not self._generators:
-            seed = int(self.np_random_seed)  # drawn by Gymnasium; repeats what follows
+            seed = int(cast(int, self.np_random_seed))  # drawn by Gymnasium; repeats what follows
         self._seed(seeds_of(seed, self.num_envs), mask)
         if seed is not None:  # what the attribute tells; worlds have their own generators
             is_root = isinstance(seed, int | np.integer) and mask.all()
             self._np_random_seed = int(seed) if is_root else tuple(self._seeds)  # type: ignore[arg-type, assignment]
         self._refill(mask & (self._episodes.used >= KEYS_AHEAD))
         for i in np.flatnonzero(mask):
-            if keys[i] is not None:  # instead of the one drawn, as CorridorEnv does
-                self._episodes.keys[i, self._episodes.used[i]] = keys[i]
+            if (key := keys[i]) is not None:  # instead of the one drawn, as CorridorEnv does
+                self._episodes.keys[i, self._episodes.used[i]] = key
         self._episodes.is_over[mask] = True
         self._run(mask, np.zeros(self.num_envs))
         self._scenarios = self._met(mask)
@@ -268,7 +268,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         """Stop the threads; closing twice does no harm."""
         self._threads.close()
 
-    @VectorEnv.np_random.setter  # type: ignore[attr-defined, misc]
+    @VectorEnv.np_random.setter  # type: ignore[attr-defined, untyped-decorator]
     def np_random(self, value: object) -> None:
         """Refuse: each world has a generator of its own, whose seed ``reset`` takes."""
         raise InvalidInput(f"np_random: given {value!r}, allowed is reset(seed=...)")

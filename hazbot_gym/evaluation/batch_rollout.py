@@ -19,6 +19,7 @@ from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, Floats, Ints
 from hazbot_gym.envs.vector import CorridorVectorEnv, State
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation.actions import levels_of
+from hazbot_gym.evaluation.encounters import Row
 from hazbot_gym.evaluation.episode import (
     ENDING,
     PERSON_COLUMNS,
@@ -27,7 +28,6 @@ from hazbot_gym.evaluation.episode import (
     labels_of,
     stack_people,
 )
-from hazbot_gym.evaluation.metrics import Row
 from hazbot_gym.evaluation.without_robot import walked_alone
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.policies.own_policy import OwnPolicy
@@ -71,6 +71,7 @@ def try_out(config: Config, policies: Mapping[str, Policy]) -> None:
             or on stacked ones.
     """
     worlds = CorridorVectorEnv(2, config)
+    assert worlds.observation_space.shape is not None
     for name, policy in policies.items():
         _try_policy(policy, name, np.zeros(worlds.observation_space.shape, np.float32))
     worlds.reset(seed=0)
@@ -109,8 +110,9 @@ def _run_round(
         actions, state = policy.predict(
             observations, state=state, episode_start=is_start, deterministic=True
         )
-        observations, *step = worlds.step(_playable(worlds, actions), mask=log.live)
-        log.note(worlds.state(), *step)
+        step = worlds.step(_playable(worlds, actions), mask=log.live)
+        observations = step[0]
+        log.note(worlds.state(), *step[1:])
         is_start = np.zeros(worlds.num_envs, np.bool_)
     yield from zip(log.episodes(worlds, keys), labels, strict=True)
 
@@ -167,7 +169,8 @@ class _Log:
             self._robots[t, :, column] = state.robots[name]
         is_there = (state.people["status"] == PRESENT) & self.live[:, None]
         columns = np.stack([state.people[name][is_there] for name in PERSON_COLUMNS], axis=1)
-        self._people.append((*np.nonzero(is_there), columns))
+        world, person = np.nonzero(is_there)
+        self._people.append((world, person, columns))
 
     def episodes(self, worlds: CorridorVectorEnv, keys: Sequence[int]) -> Iterator[Episode]:
         """Yield the record of each world's episode; ``keys`` are those of the scenarios."""

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hazbot_gym.core.state import Floats
-from hazbot_gym.policies.base import Actions, Observations
+from hazbot_gym.policies.guard import Actions, Observations
 
 
 class Plan:

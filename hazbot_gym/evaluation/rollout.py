@@ -10,12 +10,14 @@ import gymnasium
 import numpy as np
 
 from hazbot_gym.config import Config, make_config
+from hazbot_gym.core.ssm import SsmThresholds
 from hazbot_gym.core.state import ROBOT_RADIUS_M, Floats, Ints, Records
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE, full_id
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation import batch_rollout
 from hazbot_gym.evaluation.actions import ask, playable
+from hazbot_gym.evaluation.encounters import Row
 from hazbot_gym.evaluation.episode import (
     ENDING,
     PERSON_COLUMNS,
@@ -25,7 +27,7 @@ from hazbot_gym.evaluation.episode import (
     stack_people,
 )
 from hazbot_gym.evaluation.field_types import MOST_EPISODES, MOST_SEED, Engine
-from hazbot_gym.evaluation.metrics import Row, SsmThresholds, measure
+from hazbot_gym.evaluation.metrics import measure
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.evaluation.without_robot import walked_alone
 from hazbot_gym.policies.base import NO_CODE, Permissions, Policy
@@ -90,8 +92,8 @@ def _check_names(policy: object, overrides: object) -> None:
         raise InvalidInput(
             f"policy: given {policy!r}, allowed is text: name:option=value or module:attribute"
         )
-    is_mapping = overrides is None or isinstance(overrides, Mapping)
-    if not is_mapping or not all(isinstance(name, str) for name in overrides or ()):
+    given = {} if overrides is None else overrides
+    if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
         raise InvalidInput(f"overrides: given {overrides!r}, allowed is a mapping from names")
 
 
@@ -190,7 +192,7 @@ def run_episode(env: gymnasium.Env[Any, Any], policy: Policy, seed: int) -> tupl
         episode_start = np.array([False])
         done = terminated or truncated
     labels = labels_of(env.unwrapped.source, start["scenario_key"])  # type: ignore[attr-defined]
-    return _record(env, snapshots, steps, start), labels
+    return _record(env, snapshots, steps, start), {**labels}
 
 
 def make_env(scenarios: ScenarioSet, render_mode: str | None = None) -> gymnasium.Env[Any, Any]:

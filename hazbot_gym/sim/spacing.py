@@ -76,7 +76,7 @@ def _keep_off_all(
         if abs(dx) + abs(dy) <= REACH_M:
             gap = norm(dx, dy) - me.radius
             vx, vy = hold_back(vx, vy, dx, dy, gap / dt_s, may_slide)
-    is_changed = vx != me.next_vx or vy != me.next_vy
+    is_changed: bool = vx != me.next_vx or vy != me.next_vy
     me.next_vx = vx
     me.next_vy = vy
     return is_changed

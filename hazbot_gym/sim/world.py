@@ -48,7 +48,7 @@ _ROBOT, _PERSON, _WALL = 1, 2, 3  # collision types
 _AWAY = 1.0e6  # where bodies of absent people are parked [m]
 
 # The setter itself: assignment goes through pymunk's check of attribute names, at twice the cost.
-_set_velocity = pymunk.Body.velocity.fset
+_set_velocity = vars(pymunk.Body)["velocity"].fset
 
 
 class Snapshot(NamedTuple):
@@ -107,6 +107,10 @@ class World:
         contact: The first contact, or None.
     """
 
+    people: Records
+    place: Place
+    contact: Contact | None
+
     def __init__(self, config: Config) -> None:
         self._clock, self._drive = config.clock, config.drive
         self._parameters = as_record(drive_parameters(config.drive, config.clock.physics_s))
@@ -124,7 +128,7 @@ class World:
         self._robot_body = self._add_body(ROBOT_RADIUS_M, ROBOT_MASS_KG, _ROBOT)
         self._person_bodies: list[pymunk.Body] = []
         self._wall_shapes: list[pymunk.Segment] = []
-        self._index: dict[pymunk.Body, int] = {}
+        self._index: dict[pymunk.Body | None, int] = {}
 
     def reset(self, place: Place, people: Records, recording: Stretch, key: int) -> None:
         """Start an episode.

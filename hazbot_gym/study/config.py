@@ -17,6 +17,7 @@ from annotated_types import Ge, Gt, Le, Lt, MinLen
 from pydantic import Field, ValidationError, field_serializer, field_validator
 
 from hazbot_gym.config import Loose, Section, first_error, make_config
+from hazbot_gym.core.ssm import SsmThresholds
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation.field_types import (
     Engine,
@@ -27,7 +28,6 @@ from hazbot_gym.evaluation.field_types import (
     SomeNames,
     Steps,
 )
-from hazbot_gym.evaluation.metrics import SsmThresholds
 from hazbot_gym.evaluation.scenario_set import DEFAULT_SETS, ScenarioSet, track_sets
 from hazbot_gym.policies.knobs import sweep
 from hazbot_gym.study import bank_sets

@@ -45,7 +45,7 @@ def summarise_fronts(
     counts = [grouped[policy]["training_seed"].nunique() for policy in policies]
     drawn = crossed_draws(strata, counts, np.random.default_rng(seed), resamples=resamples)
     points = {
-        policy: Point(*_scores(grouped[policy], count), draws)
+        policy: Point(*_scores(grouped[policy], count), draws=draws)
         for policy, count, draws in zip(policies, counts, drawn, strict=True)
     }
     families = {name: [points[each] for each in some] for name, some in members.items()}
@@ -62,8 +62,9 @@ def summarise_fronts(
     }
 
 
-def _scores(rows: pd.DataFrame, seeds: int) -> list[Floats]:
-    return [rows[axis].to_numpy(float).reshape(seeds, -1) for axis in AXES]
+def _scores(rows: pd.DataFrame, seeds: int) -> tuple[Floats, Floats]:
+    time_ratio, intrusion = (rows[axis].to_numpy(float).reshape(seeds, -1) for axis in AXES)
+    return time_ratio, intrusion
 
 
 def _points(policies: Sequence[str], front: Front, confidence: float) -> list[dict[str, Any]]:

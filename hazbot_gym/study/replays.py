@@ -17,13 +17,15 @@ from rich.console import Console
 from hazbot_gym.core.geometry import path_length, sample_path
 from hazbot_gym.core.state import Floats, Place
 from hazbot_gym.evaluation import batch_rollout
+from hazbot_gym.evaluation.encounters import Row
 from hazbot_gym.evaluation.episode import Episode
-from hazbot_gym.evaluation.metrics import Row, measure
+from hazbot_gym.evaluation.metrics import measure
 from hazbot_gym.evaluation.open_loop import Plan
 from hazbot_gym.evaluation.rollout import make_env, resolve, run_episode
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
-from hazbot_gym.policies.base import NO_CODE, Actions, Observations, Permissions, Policy
+from hazbot_gym.policies.base import NO_CODE, Permissions, Policy
 from hazbot_gym.policies.base import make as make_policy
+from hazbot_gym.policies.guard import Actions, Observations
 from hazbot_gym.study import store
 from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.headline import headline_sets

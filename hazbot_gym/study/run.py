@@ -157,7 +157,7 @@ def plan(
                     training_seed, stamps.allowed,
                 )  # fmt: skip
                 path = _file(out, "rows", name, scenarios, training_seed, first)
-                values = block._replace(scenarios=None, spec="", allowed=NO_CODE)._asdict()
+                values = {**block._asdict(), "scenarios": None, "spec": "", "allowed": NO_CODE}
                 yield Shard(block, path, stamps.of(values, scenarios, spec))
 
 
@@ -179,7 +179,7 @@ def plan_yardstick(
                 scenarios, first, count, seed, specs, effort, study.ssm, stamps.allowed
             )
             path = _file(out, "yardstick", "best drive", scenarios, first)
-            values = stretch._replace(scenarios=None, specs=(), allowed=NO_CODE)._asdict()
+            values = {**stretch._asdict(), "scenarios": None, "specs": (), "allowed": NO_CODE}
             yield Shard(stretch, path, stamps.of(values, scenarios, *specs))
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from hazbot_gym.envs.vector import CorridorVectorEnv
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.evaluation.metrics import Row
+from hazbot_gym.evaluation.encounters import Row
 from hazbot_gym.evaluation.rollout import episode_seed, resolve, scenario_id
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.study import store

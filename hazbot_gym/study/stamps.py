@@ -66,7 +66,7 @@ class Stamps:
 
     def of(self, values: Mapping[str, Any], scenarios: ScenarioSet, *specs: str) -> str:
         """Return the stamp of some values, a set and policies."""
-        parts = [self._common, values, scenarios.model_dump(mode="json")]
+        parts: list[object] = [self._common, values, scenarios.model_dump(mode="json")]
         parts += [self._environments[scenarios.name], [self._policy(spec) for spec in specs]]
         return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:32]
 

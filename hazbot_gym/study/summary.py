@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 import numpy as np
 import numpy.typing as npt
 
 from hazbot_gym.core.state import Floats
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.evaluation.metrics import Row
+from hazbot_gym.evaluation.encounters import Row
 from hazbot_gym.evaluation.statistics.crossed_bootstrap import (
     CrossedDraws,
     crossed_draws,
@@ -63,6 +63,14 @@ WORST, MOST_RESAMPLES_OF_TAILS = 0.05, 1000  # each resample of a tail weights e
 Summary = dict[str, Any]
 
 
+class _Luck(TypedDict):
+    """How intervals are drawn."""
+
+    resamples: int
+    confidence: float
+    seed: int
+
+
 def summarise(rows: pd.DataFrame, study: StudyConfig, best: pd.DataFrame | None = None) -> Summary:
     """Return the study's results as plain values, bit-identical for equal rows.
 
@@ -78,7 +86,7 @@ def summarise(rows: pd.DataFrame, study: StudyConfig, best: pd.DataFrame | None 
     _check(rows)
     parts = {each.name: [each.name] for each in study.all_sets} | pooled_sets(study)
     blocks = {name: rows[rows["scenario_set"].isin(sets)] for name, sets in parts.items()}
-    summary = {
+    summary: Summary = {
         "study": study.identity(),
         "ssm_profile": study.ssm.profile(),
         "confidence": study.confidence,
@@ -86,7 +94,7 @@ def summarise(rows: pd.DataFrame, study: StudyConfig, best: pd.DataFrame | None 
         "headline": dict(zip(("name", "sets"), headline_sets(study), strict=True)),
         "sets": {name: summarise_set(block, study) for name, block in blocks.items()},
     }
-    luck = {"resamples": study.resamples, "confidence": study.confidence, "seed": study.seed}
+    luck = _Luck(resamples=study.resamples, confidence=study.confidence, seed=study.seed)
     if study.fronts is not None:
         blocks = _blocks(rows, [each.name for each in study.sets_named(study.fronts.sets)])
         summary["fronts"] = _all_plain(

@@ -13,7 +13,7 @@ checkpoint: 4 bytes for an entry of an observation, 20 MB for 100,000 decisions 
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import numpy as np
 import torch
@@ -25,6 +25,7 @@ from stable_baselines3.common.policies import ActorCriticPolicy
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation import rollout
 from hazbot_gym.policies.base import Policy
+from hazbot_gym.policies.guard import Observations
 from hazbot_gym.training.config import Imitation
 from hazbot_gym.training.imitation import Lessons, learn, miss
 from hazbot_gym.training.vec_envs import TrainingEnvs
@@ -35,6 +36,7 @@ class DAgger(BaseAlgorithm):
 
     policy_aliases: ClassVar[Any] = {"MlpPolicy": ActorCriticPolicy}
     remembered = ("observations", "actions")
+    policy: ActorCriticPolicy
 
     def __init__(
         self,
@@ -70,9 +72,10 @@ class DAgger(BaseAlgorithm):
     def _setup_model(self) -> None:
         self._setup_lr_schedule()
         self.set_random_seed(self.seed)
-        self.policy = self.policy_class(
+        policy = self.policy_class(
             self.observation_space, self.action_space, self.lr_schedule, **self.policy_kwargs
         )
+        self.policy = cast(ActorCriticPolicy, policy)
 
     def learn(
         self,
@@ -102,14 +105,15 @@ class DAgger(BaseAlgorithm):
         assert self.env is not None
         share, state, seen, told = self.beta**self._n_updates, None, [], []
         for _ in range(-(-self.imitation.decisions // self.n_envs)):
-            observation: Any = self._last_obs
+            observation = cast(Observations, self._last_obs)
             wanted, state = self.teacher.predict(observation, state, self._last_episode_starts)
             seen.append(torch.from_numpy(observation))
             told.append(torch.from_numpy(wanted))
             is_taught = rng.random((self.n_envs, 1)) < share
             action = np.where(is_taught, wanted, self.predict(observation, deterministic=True)[0])
             noise = self.imitation.noise * rng.standard_normal(action.shape, np.float32)
-            self._last_obs, _, dones, infos = self.env.step(np.clip(action + noise, -1.0, 1.0))
+            observed, _, dones, infos = self.env.step(np.clip(action + noise, -1.0, 1.0))
+            self._last_obs = cast(Observations, observed)
             self._last_episode_starts = dones
             self.num_timesteps += self.n_envs
             callback.update_locals({"infos": infos, "dones": dones})
@@ -128,7 +132,8 @@ class DAgger(BaseAlgorithm):
     def miss_of(self, lessons: Lessons) -> float:
         """Return the pupil's mean squared miss of what it was told."""
         with torch.no_grad():
-            means = self.policy.get_distribution(lessons.observations).distribution.mean
+            drawn = self.policy.get_distribution(lessons.observations).distribution
+            means = cast(torch.distributions.Distribution, drawn).mean
             return float(miss(means, lessons.actions))
 
     def _get_torch_save_params(self) -> tuple[list[str], list[str]]:

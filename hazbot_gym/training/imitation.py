@@ -7,7 +7,7 @@ what came of it, so that PPO's first updates do not undo what the actor has lear
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 import torch
@@ -17,6 +17,7 @@ from stable_baselines3.common.policies import ActorCriticPolicy
 from hazbot_gym.core.state import Floats
 from hazbot_gym.evaluation import rollout
 from hazbot_gym.policies.base import NO_CODE, Permissions, Policy, make
+from hazbot_gym.policies.guard import Flags, Observations
 from hazbot_gym.training.config import Imitation, TrainConfig
 from hazbot_gym.training.vec_envs import TrainingEnvs, require_speeds
 
@@ -30,7 +31,8 @@ class Lessons(NamedTuple):
 
     def take(self, rows: torch.Tensor) -> Lessons:
         """Return some of them."""
-        return Lessons(*(None if each is None else each[rows] for each in self))
+        returns = None if self.returns is None else self.returns[rows]
+        return Lessons(self.observations[rows], self.actions[rows], returns)
 
 
 def teacher_of(imitation: Imitation, envs: TrainingEnvs, allowed: Permissions = NO_CODE) -> Policy:
@@ -68,9 +70,11 @@ def watch(
     seen, done, told = [], [], []
     for _ in range(-(-imitation.decisions // envs.num_envs)):
         action, state = teacher.predict(observation[:, : envs.width], state, starts)
-        seen.append(observation), told.append(action)
+        seen.append(observation)
+        told.append(action)
         noise = imitation.noise * rng.standard_normal(action.shape, np.float32)
-        observation, rewards, starts, _ = envs.step(np.clip(action + noise, -1.0, 1.0))
+        seen_next, rewards, starts, _ = envs.step(np.clip(action + noise, -1.0, 1.0))
+        observation = cast(Observations, seen_next)
         done.append((rewards, starts))
     rewards, ends = (np.stack(each) for each in zip(*done, strict=True))
     returns, is_known = returns_of(rewards, ends, gamma)
@@ -78,7 +82,7 @@ def watch(
     return Lessons(*(torch.as_tensor(each[is_known]) for each in lessons))
 
 
-def returns_of(rewards: Floats, ends: Floats, gamma: float) -> tuple[Floats, Floats]:
+def returns_of(rewards: Floats, ends: Flags, gamma: float) -> tuple[Floats, Flags]:
     """Return discounted returns (T, N) to the ends of episodes, and where there is an end."""
     returns, is_known = np.zeros_like(rewards, np.float64), np.zeros_like(ends, np.bool_)
     later, has_end = np.zeros(rewards.shape[1]), np.zeros(rewards.shape[1], np.bool_)
@@ -99,17 +103,18 @@ def learn(
     falling = torch.optim.lr_scheduler.LinearLR(optimizer, 1.0, 0.0, total_iters=max(batches, 1))
     for _ in range(imitation.epochs):
         order = torch.randperm(count, generator=generator)
-        for batch in order.split(imitation.batch_size)[: batches // imitation.epochs]:
+        lots = order.split(imitation.batch_size)  # type: ignore[no-untyped-call]  # torch's own
+        for batch in lots[: batches // imitation.epochs]:
             loss = _loss(policy, lessons.take(batch))
             optimizer.zero_grad()
-            loss.backward()
+            loss.backward()  # type: ignore[no-untyped-call]  # torch's own
             optimizer.step()
             falling.step()
 
 
 def _loss(policy: ActorCriticPolicy, lessons: Lessons) -> torch.Tensor:
-    means = policy.get_distribution(lessons.observations).distribution.mean
-    loss = miss(means, lessons.actions)
+    drawn = policy.get_distribution(lessons.observations).distribution
+    loss = miss(cast(torch.distributions.Distribution, drawn).mean, lessons.actions)
     if lessons.returns is not None:
         values = policy.predict_values(lessons.observations).flatten()
         loss = loss + torch.nn.functional.mse_loss(values, lessons.returns)

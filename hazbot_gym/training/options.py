@@ -61,7 +61,8 @@ def _parameters(kind: type) -> Iterator[inspect.Parameter]:
     for each in kind.__mro__:
         if "__init__" not in vars(each):
             continue
-        parameters = inspect.signature(each.__init__, eval_str=True).parameters.values()
+        made = vars(each)["__init__"]
+        parameters = inspect.signature(made, eval_str=True).parameters.values()
         named = [p for p in parameters if p.kind not in (p.VAR_KEYWORD, p.VAR_POSITIONAL)]
         yield from named
         if len(named) == len(parameters):

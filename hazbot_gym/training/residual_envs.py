@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 from stable_baselines3.common.vec_env import VecEnvWrapper
 
+from hazbot_gym.policies.guard import Observations
 from hazbot_gym.policies.residual import base_of, corrected
 from hazbot_gym.training.config import Residual
 from hazbot_gym.training.vec_envs import TrainingEnvs, require_speeds
@@ -26,6 +27,7 @@ class ResidualEnvs(VecEnvWrapper):
         require_speeds(envs, "residual")
         super().__init__(envs)
         self.base, self.correction_scale = base_of(residual.base), residual.scale
+        self._width = envs.width
         self._begin(np.zeros((envs.num_envs, envs.width), np.float32))
         self._act()
 
@@ -42,7 +44,8 @@ class ResidualEnvs(VecEnvWrapper):
 
     def step_wait(self) -> tuple[Any, Any, Any, list[dict[str, Any]]]:
         """Take one decision in every world."""
-        self._seen, rewards, self._starts, infos = self.venv.step_wait()
+        observations, rewards, self._starts, infos = self.venv.step_wait()
+        self._seen = cast(Observations, observations)
         return self._seen, rewards, self._starts, infos
 
     def _begin(self, observations: npt.NDArray[np.float32]) -> None:
@@ -51,6 +54,6 @@ class ResidualEnvs(VecEnvWrapper):
 
     def _act(self) -> npt.NDArray[np.float32]:
         """Return what the base does about what it sees now."""
-        seen = self._seen[:, : self.venv.width]
+        seen = self._seen[:, : self._width]
         action, self._state = self.base.predict(seen, self._state, self._starts)
         return action

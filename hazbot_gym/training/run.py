@@ -20,7 +20,7 @@ import time
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from rich.console import Console
@@ -40,6 +40,7 @@ except ImportError as error:
 from hazbot_gym.evaluation import rollout
 from hazbot_gym.evaluation.inputs import digests
 from hazbot_gym.policies.base import NO_CODE, Permissions
+from hazbot_gym.policies.guard import Observations
 from hazbot_gym.policies.residual import on_its_base
 from hazbot_gym.training import checkpoints
 from hazbot_gym.training.algorithms import make_model
@@ -234,7 +235,7 @@ class Stretches(BaseCallback):
         """Seed everything anew and reset all worlds."""
         model, env = self.model, self.training_env
         model.set_random_seed(rollout.episode_seed(self.config.seed, "training", self.begun))
-        model._last_obs = env.reset()
+        model._last_obs = cast(Observations, env.reset())
         model._last_episode_starts = np.ones(env.num_envs, np.bool_)  # also empties an LSTM
         self.begun, self.is_running = self.begun + 1, True
         self._began = time.perf_counter()

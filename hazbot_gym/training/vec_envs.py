@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
@@ -22,6 +22,7 @@ from hazbot_gym.core.state import Floats
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.sb3 import CorridorVecEnv
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies.guard import Observations
 from hazbot_gym.task.reward import TERMS
 from hazbot_gym.training.config import TrainConfig, shares
 from hazbot_gym.training.shaping import FreeDrive
@@ -69,7 +70,7 @@ class TrainingEnvs(VecEnv):
 
     def reset(self) -> npt.NDArray[np.float32]:
         """Start new episodes everywhere."""
-        parts = [part.reset() for part in self.parts]
+        parts = [cast(Observations, part.reset()) for part in self.parts]
         self._sums[:] = 0.0
         self.reset_infos = [info for part in self.parts for info in part.reset_infos]
         self._free_s[:] = [info["time_free_s"] for info in self.reset_infos]
@@ -91,14 +92,14 @@ class TrainingEnvs(VecEnv):
             for i in np.flatnonzero(dones[own]):
                 self.reset_infos[own.start + i] = part.reset_infos[i]
         for i in np.flatnonzero(dones):
-            infos[i]["episode"] = self._close(i)
+            infos[i]["episode"] = self._close(int(i))
             if self._is_shaped:
                 infos[i]["TimeLimit.truncated"] = False  # the potential has charged it
             if self.is_timed:
                 last = infos[i]["terminal_observation"]
                 infos[i]["terminal_observation"] = np.append(last, np.float32(0.0))
         shaped = rewards + np.where(dones, 0.0, self._potential()) - potential
-        observations = self._observed([step[0] for step in steps])
+        observations = self._observed([cast(Observations, step[0]) for step in steps])
         return observations, (self.scale * shaped).astype(np.float32), dones, infos
 
     def _observed(self, parts: list[npt.NDArray[np.float32]]) -> npt.NDArray[np.float32]:

@@ -7,12 +7,14 @@ from collections.abc import Mapping
 from contextlib import closing
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import gymnasium
 
+from hazbot_gym.core.ssm import SsmThresholds
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.evaluation.metrics import Row, SsmThresholds, measure
+from hazbot_gym.evaluation.encounters import Row
+from hazbot_gym.evaluation.metrics import measure
 from hazbot_gym.evaluation.rollout import (
     check_counts,
     episode_seed,
@@ -32,6 +34,7 @@ from hazbot_gym.viewer.sinks import (
     Screen,
     Stopped,
 )
+from hazbot_gym.viewer.video import Image
 
 SLOWEST, FASTEST = 0.01, 100.0  # times as fast as in reality
 # Metrics that are printed of each episode, and how.
@@ -77,15 +80,18 @@ class Watched(gymnasium.Wrapper[Any, Any, Any, Any]):
     def reset(self, **options: Any) -> tuple[Any, dict[str, Any]]:
         """Reset, and let the screen see it."""
         observation, info = self.env.reset(**options)
-        self._screen.see(self.env.render, info["time_s"], is_last=False)
+        self._screen.see(self._paint, info["time_s"], is_last=False)
         return observation, info
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         """Step, and let the screen see it."""
         observation, reward, terminated, truncated, info = self.env.step(action)
         is_last = terminated or truncated
-        self._screen.see(self.env.render, info["time_s"], is_last=is_last)
+        self._screen.see(self._paint, info["time_s"], is_last=is_last)
         return observation, reward, terminated, truncated, info
+
+    def _paint(self) -> Image:
+        return cast(Image, self.env.render())
 
 
 def watch_live(show: Show) -> list[Row]:

@@ -21,7 +21,7 @@ The optimum knows the future, so part of its margin over policies is unattainabl
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -93,7 +93,8 @@ def optimum(config: Config, scenario: Scenario, key: int, *, with_speeds: bool =
     goal_m = path_length(scenario.place.path.view(np.recarray)) - config.arrival_tolerance_m
     goal = math.ceil(goal_m / lattice.unit_m - UNIT_TOLERANCE)
     room = goal + int(lattice.ways.max()) + 1
-    poses = sample_path(scenario.place.path, np.arange(room) * lattice.unit_m)[:, :3].copy()
+    ways_m = cast(Floats, np.arange(room) * lattice.unit_m)
+    poses = sample_path(scenario.place.path, ways_m)[:, :3].copy()
     values = np.zeros((2, LEVELS, room))
     depths, near = np.zeros((2, room)), np.zeros(room, np.bool_)
     choices = np.zeros((decisions if with_speeds else 0, LEVELS, room), np.int8)
@@ -356,10 +357,11 @@ def _touch(
             way = lattice.ways[level, following]
             sure, _ = _terms(level, following, lattice, weights, problem)
             not_made_m = way * lattice.unit_m - way_m
-            return (
+            ended: float = (
                 sure
                 - weights[PROGRESS] * not_made_m / (problem.nominal_mps * problem.decision_s)
                 + weights[INTRUSION] * intrusion(robot, touched, problem.nominal_mps)
                 + weights[CONTACT] * contact_severity(cause, speed_mps)
             )
+            return ended
     return np.nan

@@ -27,7 +27,8 @@ from hazbot_gym.evaluation.oracle.dynamic_programming import optimum
 from hazbot_gym.evaluation.oracle.lattice import LEVELS
 from hazbot_gym.evaluation.statistics.normalised_score import normalised_score
 from hazbot_gym.policies import make
-from hazbot_gym.policies.base import Actions, Observations, Policy
+from hazbot_gym.policies.base import Policy
+from hazbot_gym.policies.guard import Actions, Observations
 from hazbot_gym.policies.knobs import sweep
 from hazbot_gym.task.scenario import Source
 from hazbot_gym.utils import processors
@@ -135,7 +136,7 @@ def _place(name: str, episodes: int, on_progress: Callable[[], None]) -> dict[st
     _, keys = play(config, best[CONSTANT].spec, episodes)
     top = float(best_returns(config, keys, on_progress).mean())
     low = float(best[CONSTANT].returns.mean())
-    rows = {
+    rows: dict[str, dict[str, Any]] = {
         family: {
             "policy": played.spec,
             "return": float(played.returns.mean()),

@@ -47,7 +47,7 @@ def percent(share: float) -> str:
 
 def room_rows(record: Record) -> Rows:
     """Return the headroom of every environment, and the best rule."""
-    rows = []
+    rows: Rows = []
     for env, found in record["environments"].items():
         rules = {name: row for name, row in found["families"].items() if name != "fuzzy_expert"}
         best = max(rules.values(), key=lambda row: row["share"])

@@ -14,10 +14,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hazbot_gym.config import Config
+from hazbot_gym.core.ssm import SsmThresholds
 from hazbot_gym.core.state import Floats
 from hazbot_gym.evaluation import batch_rollout
 from hazbot_gym.evaluation.episode import Episode
-from hazbot_gym.evaluation.metrics import SsmThresholds, measure
+from hazbot_gym.evaluation.metrics import measure
 from hazbot_gym.evaluation.open_loop import Plan
 from hazbot_gym.evaluation.oracle import trajectory_search
 from hazbot_gym.evaluation.oracle.dynamic_programming import is_exact_for, optimum

@@ -41,7 +41,7 @@ def pareto_set(points: npt.ArrayLike) -> npt.NDArray[np.bool_]:
     p = np.asarray(points, dtype=float)
     no_worse = (p[:, None] <= p[None]).all(axis=-1)
     better = (p[:, None] < p[None]).any(axis=-1)
-    dominated: npt.NDArray[np.bool_] = (no_worse & better).any(axis=0)
+    dominated: npt.NDArray[np.bool_] = np.any(no_worse & better, axis=0)
     return ~dominated
 
 
