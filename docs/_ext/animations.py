@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
@@ -44,7 +44,7 @@ def animate(name: str, folder: Path) -> None:
     """Write NAME.webp, and NAME-still.webp for readers who asked for less motion."""
     seed = SEEDS.get(name, SEED)
     env = gymnasium.make(full_id(name), render_mode="rgb_array")
-    nearest = int(np.argmin(list(drive(env, seed))))
+    nearest = int(np.argmin(cast(list[float], list(drive(env, seed)))))
     window = range(max(nearest - BEFORE, 0), nearest + AFTER, EVERY)
     pictures = [
         each.resize((WIDTH_PX, round(each.height * WIDTH_PX / each.width)), Image.Resampling.BOX)
