@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
@@ -15,9 +15,10 @@ import PIL.ImageFont
 import pygame
 
 import hazbot_gym
-from hazbot_gym import policies
-from hazbot_gym.envs.canvas import Image
+from hazbot_gym import make_policy, policies
+from hazbot_gym.viewer.video import Gif
 
+Pixels = npt.NDArray[np.uint8]
 IMAGES = Path(__file__).parent / "images"
 
 # Environment, seed and decision of each picture.
@@ -86,7 +87,7 @@ def picture(env_id: str, seed: int, decisions: int) -> pygame.Surface:
         observation, _, terminated, truncated, _ = env.step(expert.predict(observation)[0])
         if terminated or truncated:
             break
-    return pygame.surfarray.make_surface(cast(Image, env.render()).swapaxes(0, 1))
+    return pygame.surfarray.make_surface(cast(Pixels, env.render()).swapaxes(0, 1))
 
 
 if __name__ == "__main__":
