@@ -1,4 +1,4 @@
-"""What the benchmark steps: single environments, batches of worlds, and policies."""
+"""Benchmark cases: single environments, batches of worlds, and policies."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ CARTPOLE, CORRIDOR = "CartPole-v1", "hazbot_gym/Corridor-v0"
 CARTPOLES = f"{CARTPOLE}, 1024 worlds"
 WORLDS, PEOPLE = (1, 64, 1024, 8192), (0, 4, 10)
 WITH = "social-force people, ultrasonic ranges, people tracker, fuzzy-PID wheel loops at 100 Hz"
-SHIPPED = "ppo"  # the trained policy that comes with the library
-DRAWN = 64  # actions are drawn in advance, and used again and again
+SHIPPED = "ppo"  # the shipped trained policy
+DRAWN = 64  # actions are drawn in advance, and reused
 
 
 def batched(worlds: int, people: int) -> str:
@@ -27,16 +27,16 @@ def batched(worlds: int, people: int) -> str:
 
 
 def asking(policy: str) -> str:
-    """Return the name of the case that asks a policy about a batch."""
+    """Return the name of the case that queries a policy with a batch."""
     return f"policy {policy}, 1024 observations"
 
 
 def with_people(count: int) -> dict[str, Any]:
-    """Return the config of a corridor with just so many people."""
+    """Return the config of a corridor with a fixed number of people."""
     return {"people": {"model": "social_force", "count": [count, count]}}
 
 
-# On one thread, with less and less in it: the differences tell what each part takes.
+# Ablations on one thread: the differences give the time of each part.
 ONE_THREAD = f"{batched(1024, 4)}, 1 thread"
 WITHOUT_PEOPLE = f"{batched(1024, 0)}, 1 thread"
 WITHOUT_WHEELS = f"{WITHOUT_PEOPLE}, ideal wheels"
@@ -44,12 +44,12 @@ IDEAL_WHEELS = {"wheel_loop": "ideal", "wheel_noise_radps": 0.0, "heading_noise_
 
 
 class Case(Protocol):
-    """Something that can be run, call by call."""
+    """A benchmark case, run call by call."""
 
-    size: int  # steps, or observations answered, in one call
+    size: int  # steps, or policy queries, per call
 
     def run(self, calls: int) -> None:
-        """Go on from where the last run stopped."""
+        """Continue from the end of the last run."""
         ...
 
 
@@ -89,7 +89,7 @@ class VectorStepper:
 
 
 class CorridorStepper(VectorStepper):
-    """Steps the batched engine, with worlds that stand at different points of their episodes."""
+    """Steps the batched engine, with worlds at different times of their episodes."""
 
     def __init__(
         self, worlds: int, people: int, *, spread: int, threads: int | None = None, **config: Any
@@ -119,23 +119,23 @@ class Sb3Stepper:
 
 
 class Asker:
-    """Asks a policy about observations."""
+    """Queries a policy with observations."""
 
     def __init__(self, policy: Policy, observations: np.ndarray[Any, Any]) -> None:
         self.policy, self.observations = policy, observations
         self.size = len(observations) if observations.ndim > 1 else 1
 
     def run(self, calls: int) -> None:
-        """Ask a number of times."""
+        """Query a number of times."""
         for _ in range(calls):
             self.policy.predict(self.observations)
 
 
 def make_cases(spread: int) -> tuple[dict[str, Case], list[str]]:
-    """Return all cases by name, CartPole-v1 first, and a note on each that cannot be had.
+    """Return all cases by name, CartPole-v1 first, and a note on each unavailable case.
 
     Args:
-        spread: largest number of steps by which worlds of a batch are ahead of each other.
+        spread: largest difference of episode steps between worlds of a batch.
     """
     cases: dict[str, Case] = {
         CARTPOLE: Stepper(gymnasium.make(CARTPOLE)),
@@ -160,7 +160,7 @@ def make_cases(spread: int) -> tuple[dict[str, Case], list[str]]:
 
 
 def _policies(worlds: CorridorStepper) -> Iterator[tuple[str, Case]]:
-    """Yield the cases of the policies, which look at what the worlds hold."""
+    """Yield the cases of the policies, with observations of the worlds."""
     observations = worlds.envs.step(worlds.actions[0])[0]
     for name in ("fuzzy_expert", SHIPPED, "constant"):
         policy = make_policy(name)

@@ -1,4 +1,4 @@
-"""What the benchmark measures apart from the turns: compiling, memory, and an evaluation."""
+"""One-time benchmarks: compile time, memory, and an evaluation."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ Measured = dict[str, Any]
 
 
 def spread_of(values: list[float], name: str) -> Measured:
-    """Return the median and the quartiles of what was measured in turns."""
+    """Return the median and the quartiles of repeated measurements."""
     low, median, high = np.percentile(values, [25, 50, 75])
     return {name: float(median), f"{name}_quartiles": [float(low), float(high)]}
 
 
 def compile_times(with_cold: bool, turns: int) -> Measured:
-    """Measure how long a fresh process takes from its imports to the end of two episodes [s].
+    """Measure the time of a fresh process from its imports to the end of two episodes [s].
 
     Args:
-        with_cold: whether to compile everything anew, in a cache folder of its own.
-        turns: how often to start with a full cache.
+        with_cold: whether to measure compilation from an empty cache folder.
+        turns: number of starts with a full cache.
     """
     found: Measured = {}
     for engine in ("batched", "pymunk"):
@@ -73,7 +73,7 @@ def _first_episode_s(engine: str, environment: dict[str, str]) -> float:
 
 
 def memory(worlds: int, people: int, steps: int) -> Measured:
-    """Measure what a world takes [bytes], and how much more after some steps."""
+    """Measure the memory of a world [bytes], and its growth after some steps."""
     few = CorridorVectorEnv(1, **with_people(people))  # loads kernels before the count starts
     few.reset(seed=0)
     few.step(np.zeros((1, 1), np.float32))
@@ -82,7 +82,7 @@ def memory(worlds: int, people: int, steps: int) -> Measured:
         envs = CorridorVectorEnv(worlds, **with_people(people))
         envs.reset(seed=0)
         actions = np.zeros((worlds, 1), np.float32)
-        for _ in range(WARM_UP):  # threads start, and free lists fill
+        for _ in range(WARM_UP):  # warm-up: threads start, and free lists fill
             envs.step(actions)
         at_first = tracemalloc.get_traced_memory()[0]
         for _ in range(steps):
@@ -100,7 +100,7 @@ def memory(worlds: int, people: int, steps: int) -> Measured:
 
 
 def evaluation(episodes: int, turns: int) -> Measured:
-    """Measure how long the fuzzy expert takes for some episodes, records written [s]."""
+    """Measure the time of an evaluation of the fuzzy expert, with records [s]."""
     block = Block("fuzzy_expert", MIXED, first=0, episodes=episodes, seed=0)
     run_block(block._replace(episodes=2))  # compiles or loads kernels
     seconds = []

@@ -1,4 +1,4 @@
-"""What the benchmark found, as tables on the terminal and as a page of the documentation."""
+"""Benchmark results, as tables on the terminal and as a page of the documentation."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def page(template: str, record: Record, *, name: str) -> str:
 
     ``$rates``, ``$parts``, ``$goals`` and ``$once`` are tables, ``$record`` the record's name,
     ``$turns`` and ``$what`` its own; ``$processor``, ``$cores``, ``$system``, ``$python`` and
-    ``$numba`` tell the machine.
+    ``$numba`` describe the machine.
     """
     tables = {
         "rates": markdown_table(RATES, rate_rows(record)),
@@ -76,12 +76,12 @@ def _rate(case: Record) -> tuple[str, str]:
 
 
 def part_rows(record: Record) -> Rows:
-    """Return what each part of a step takes."""
+    """Return the time of each part of a step."""
     return [(name, shown(us)) for name, us in record["breakdown_us"].items()]
 
 
 def goal_rows(record: Record) -> Rows:
-    """Return what was to be reached, and what was measured."""
+    """Return goals and measured values."""
     rows: Rows = []
     for name, goal in record["goals"].items():
         side = "at least" if "at least" in goal else "at most"

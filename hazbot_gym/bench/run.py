@@ -1,7 +1,7 @@
-"""How fast everything is, measured beside Gymnasium's CartPole-v1 in the same run.
+"""Speed benchmark relative to Gymnasium's CartPole-v1 in the same run.
 
-A speed by itself says little about code and much about the machine, so what counts are ratios. All
-cases are measured in turns, one after the other, so that another load on the machine meets all.
+Absolute speeds depend on the machine, so that results are ratios. All cases are measured in turns,
+so that other load on the machine affects all of them.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ Record = dict[str, Any]
 
 
 class Effort(NamedTuple):
-    """How long to measure."""
+    """Duration of the measurement."""
 
     turns: int
-    turn_s: float  # of one case in one turn [s]
-    spread: int  # steps by which worlds of a batch are ahead of each other
+    turn_s: float  # time per case and turn [s]
+    spread: int  # spread of episode steps between worlds of a batch
     evaluations: int
     memory_steps: int
-    is_compiling: bool  # whether to compile everything anew
+    is_compiling: bool  # whether to measure compilation
 
 
 FULL = Effort(9, 0.5, spread=300, evaluations=3, memory_steps=300, is_compiling=True)
@@ -84,7 +84,7 @@ def measure(cases: dict[str, Case], effort: Effort) -> dict[str, list[float]]:
 
 
 def calls_for(case: Case, turn_s: float) -> int:
-    """Return how many calls take about a turn's time."""
+    """Return the number of calls in about a turn's time."""
     case.run(1)  # compiles or loads kernels
     calls = 1
     while (taken := seconds(case, calls)) < 0.2 * turn_s:
@@ -93,19 +93,19 @@ def calls_for(case: Case, turn_s: float) -> int:
 
 
 def seconds(case: Case, calls: int) -> float:
-    """Return how long some calls take [s]."""
+    """Return the time of some calls [s]."""
     start = time.perf_counter()
     case.run(calls)
     return time.perf_counter() - start
 
 
 def ratio(rates: dict[str, list[float]], name: str, other: str) -> float:
-    """Return how many times as fast one case is as another, the median over the turns."""
+    """Return the speed ratio of two cases, the median over the turns."""
     return statistics.median(a / b for a, b in zip(rates[name], rates[other], strict=True))
 
 
 def breakdown(rates: dict[str, list[float]]) -> Record:
-    """Return what the parts of a step take in one of 1024 worlds on one thread [us], medians."""
+    """Return the time of each part of a step per world, of 1024 on one thread [us], medians."""
     turns = zip(rates[ONE_THREAD], rates[WITHOUT_PEOPLE], rates[WITHOUT_WHEELS], strict=True)
     parts = [
         (1e6 / bare, 1e6 / empty - 1e6 / bare, 1e6 / full - 1e6 / empty)
@@ -120,7 +120,7 @@ def breakdown(rates: dict[str, list[float]]) -> Record:
 
 
 def goals(rates: dict[str, list[float]], measured: Record) -> Record:
-    """Return what was to be reached, with its limit and what was measured."""
+    """Return goals with limit and measured value."""
     many = batched(1024, 4)
     found = {
         f"{many}, to {CARTPOLE}": ("at least", 9.0, ratio(rates, many, CARTPOLE)),

@@ -1,8 +1,8 @@
-"""How fast policies learn: decisions a second, and from nothing to the fuzzy expert.
+"""Training benchmark: decisions per second, and time to match the fuzzy expert.
 
-Every run is a process of its own, ``hazbot train`` as users start it: its seconds hold imports,
-loading of compiled code, validations and checkpoints. What it has learned is then compared with the
-fuzzy expert on paired episodes of its environments that no training or validation has seen.
+Every run is a separate ``hazbot train`` process: its time includes imports, loading of compiled
+code, validations and checkpoints. Its policy is then compared with the fuzzy expert on paired
+held-out episodes of its environments.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ from hazbot_gym.utils import provenance
 from hazbot_gym.utils.files import read_json
 
 EXPERT = "fuzzy_expert"
-EPISODES = 1000  # paired, shared out among a run's environments
+EPISODES = 1000  # paired, split among a run's environments
 ROOT = 20261127  # of their seeds
 SEEDS = 5  # runs
-TURNS = 3  # of the two engines, one after the other
+TURNS = 3  # of the two engines, alternating
 UPDATES = 30  # of a turn on the batched engine
 REFERENCE_WORLDS = 8  # of pymunk
 KEPT = (*AXES, "return", "arrived", "contact_robot_caused")
@@ -46,10 +46,10 @@ def bench_training(paths: list[Path], *, seeds: int = SEEDS, episodes: int = EPI
     """Measure the runs of some training files.
 
     Raises:
-        InvalidInput: One of them is no training of PPO, or cannot be trained.
+        InvalidInput: A file is no training of PPO, or cannot be trained.
         MissingExtra: Stable-Baselines3 or another part of the extra is not installed.
     """
-    importlib.import_module("hazbot_gym.training.run")  # says what is missing before any work
+    importlib.import_module("hazbot_gym.training.run")  # raises before any work
     configs = {path: load_training(path) for path in paths}
     for path, config in configs.items():
         if config.algorithm != "ppo":
@@ -63,7 +63,7 @@ def bench_training(paths: list[Path], *, seeds: int = SEEDS, episodes: int = EPI
                 "allowed are policies of the library"
             )
         if config.imitation:
-            make_policy(config.imitation.teacher)  # with what its runs may do: no pickle
+            make_policy(config.imitation.teacher)  # with the permissions of its runs: no pickle
     load = os.getloadavg()[0]
     return {
         "runs": {
@@ -91,7 +91,7 @@ def _measure(path: Path, config: TrainConfig, seeds: int, episodes: int) -> Reco
 
 
 def goals(runs: list[Record], speed: Record) -> Record:
-    """Return what was to be reached, with its limit and what was measured; None for not reached."""
+    """Return what was to be reached, with its limit and the measured value; None if not reached."""
     peak_gb = max(run["peak_bytes"] for run in runs) / 1e9
     found = {
         "decisions a second": ("at least", 50_000.0, float(speed["batched"])),
@@ -112,7 +112,7 @@ def goals(runs: list[Record], speed: Record) -> Record:
 
 
 def _median_s(runs: list[Record], has_reached: list[bool]) -> float | None:
-    """Return the median of the runs' seconds, those without end that have not reached it."""
+    """Return the median time of the runs, infinite for runs that did not reach the goal."""
     seconds = [
         run["seconds"] if reached else math.inf
         for run, reached in zip(runs, has_reached, strict=True)
@@ -122,7 +122,7 @@ def _median_s(runs: list[Record], has_reached: list[bool]) -> float | None:
 
 
 def learn(path: Path, config: TrainConfig, seed: int, expert: Record, episodes: int) -> Record:
-    """Train with one seed, and say how the policy stands beside the expert."""
+    """Train with one seed, and compare the policy with the expert."""
     with trained(path, seed=seed) as (folder, seconds, peak_bytes):
         result = read_json(folder / RESULT)
         metrics = judge(f"learned:{folder / POLICY}", config, episodes)
@@ -152,7 +152,7 @@ def judge(policy: str, config: TrainConfig, episodes: int) -> Record:
 
 
 def speed(path: Path, config: TrainConfig) -> Record:
-    """Return decisions a second of the same PPO on the batched engine and on 8 pymunk worlds."""
+    """Return decisions per second of the same PPO on the batched engine and on 8 pymunk worlds."""
     cases = speed_cases(config)
     rates: dict[str, list[float]] = {name: [] for name in cases}
     for _ in range(TURNS):
@@ -166,9 +166,9 @@ def speed(path: Path, config: TrainConfig) -> Record:
 
 
 def speed_cases(config: TrainConfig) -> dict[str, Record]:
-    """Return how the two runs differ from a run: both make updates of its size, and little else.
+    """Return the config overrides of the two runs: updates of the same size, little else.
 
-    The reference makes them from longer stretches of fewer worlds.
+    The reference collects longer rollouts of fewer worlds.
     """
     update = int(config.options["n_steps"]) * config.worlds
     longer = {**config.options, "n_steps": update // REFERENCE_WORLDS}
@@ -182,7 +182,7 @@ def speed_cases(config: TrainConfig) -> dict[str, Record]:
 
 @contextmanager
 def trained(path: Path, **changes: Any) -> Iterator[tuple[Path, float, int]]:
-    """Train in a process of its own; yield its folder, seconds and peak memory [bytes]."""
+    """Train in a separate process; yield its folder, seconds and peak memory [bytes]."""
     with tempfile.TemporaryDirectory() as folder:
         file, out = Path(folder, "run.yaml"), Path(folder, "run")
         run = load_training(path).model_dump(mode="json") | changes

@@ -1,4 +1,4 @@
-"""How fast policies learn, as tables on the terminal and as a page of the documentation."""
+"""Training benchmark results, as tables on the terminal and as a page of the documentation."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def page(template: str, record: Record, *, name: str) -> str:
 
 
 def goal_rows(record: Record) -> Iterator[tuple[str, ...]]:
-    """Yield what was to be reached by each run, and what was measured."""
+    """Yield goals and measured values of each run."""
     for name, found in record["runs"].items():
         for row in report.goal_rows(found):
             yield name, *row

@@ -1,8 +1,9 @@
-"""How well social-force people walk like real ones, and the constants with which they do it best.
+"""Calibration of the social force model on recorded corridors, and its evaluation.
 
-The people of a corridor walk again without a robot: they come in when, where and as fast as they
-did and leave where they did; what happens between is the model's. Four constants are fitted on some
-runs; the others are left to judge by. Both recordings are cut to the corridor.
+The recorded people of a corridor are simulated without a robot: they enter at the recorded time,
+place and speed and leave at the recorded place; the model determines the motion between. Four
+constants are fitted on some runs; the other runs are held out. Both recordings are cut to the
+corridor.
 
 The loss of a run, in units of a tenth of a metre or metre per second and of a twentieth of people:
 
@@ -51,7 +52,7 @@ except ImportError as error:
     raise MissingExtra("scipy", "study") from error
 
 FITTED_ON = ("boa-300-050-070", "uo-100-180-180")  # one run each of two and of one direction
-# What is fitted, and between which bounds. Nothing towards a robot is: nobody recorded met one.
+# Fitted constants and their bounds, without those towards a robot: no recording contains one.
 BOUNDS = {
     "person_strength_mps2": (0.5, 10.0),
     "person_range_m": (0.05, 0.6),
@@ -60,14 +61,14 @@ BOUNDS = {
 }
 PASSING = ("encountering", "confronting")
 GENERATIONS, CANDIDATES_EACH = 40, 10  # of the search
-GOAL_MPS = 0.2  # largest difference of mean speeds in a bin, on runs not fitted on
+GOAL_MPS = 0.2  # largest difference of mean speeds in a bin, on held-out runs
 KEYS = (1, 2)  # of the fluctuations
-RECORDS_AT_ONCE = 1_000_000  # of the model's people, 140 bytes each; sightings alone are kept
-MISSING_BIN_MPS = 0.4  # what a density that the model never reaches counts as
+RECORDS_AT_ONCE = 1_000_000  # simulated people, 140 bytes each; only sightings are kept
+MISSING_BIN_MPS = 0.4  # speed error of a density that the model never reaches
 
 
 class Walked(NamedTuple):
-    """A recording of a corridor in the numbers that are compared."""
+    """Compared statistics of a corridor recording."""
 
     people: int
     bins: dict[float, Bin]  # by lower edge
@@ -75,7 +76,7 @@ class Walked(NamedTuple):
 
 
 class Run(NamedTuple):
-    """Recorded people and the place in which they walk again."""
+    """Recorded people and the place of their simulation."""
 
     recording: Recording
     place: Place
@@ -83,10 +84,10 @@ class Run(NamedTuple):
 
 
 def load_runs(folder: Path) -> dict[str, Run]:
-    """Return the corridor runs that hold densities to compare, by name.
+    """Return the corridor runs with enough densities to compare, by name.
 
     Raises:
-        InvalidInput: nothing there can be read, or no run is of a corridor.
+        InvalidInput: no file can be read, or no run is of a corridor.
     """
     recordings = load_tracks(folder)
     runs = (_run(recording) for recording in recordings if recording.corridor)
@@ -97,10 +98,10 @@ def load_runs(folder: Path) -> dict[str, Run]:
 
 
 def split(runs: dict[str, Run], fit: tuple[str, ...]) -> tuple[list[Run], list[Run]]:
-    """Return the runs to fit on and the runs left to judge by.
+    """Return the runs to fit on and the held-out runs.
 
     Raises:
-        InvalidInput: a run to fit on is not there, or none is left to judge by.
+        InvalidInput: a run to fit on is missing, or no run is held out.
     """
     unknown = [name for name in fit if name not in runs]
     if unknown:
@@ -114,11 +115,11 @@ def split(runs: dict[str, Run], fit: tuple[str, ...]) -> tuple[list[Run], list[R
 def fit(
     runs: list[Run], *, seed: int, on_progress: Callable[[], None] = lambda: None
 ) -> SocialForce:
-    """Return the constants with the least loss over some runs, rounded to three digits.
+    """Return the constants of least loss over some runs, rounded to three digits.
 
     Args:
         runs: to fit on.
-        seed: of the search (Storn and Price 1997, differential evolution).
+        seed: seed of the differential evolution (Storn and Price 1997).
         on_progress: called after each of ``GENERATIONS`` generations.
     """
     best = differential_evolution(
@@ -127,14 +128,14 @@ def fit(
         maxiter=GENERATIONS,
         popsize=CANDIDATES_EACH,
         rng=np.random.default_rng(seed),
-        polish=False,  # the loss jumps wherever somebody passes on the other side
+        polish=False,  # the loss is discontinuous where a person passes on the other side
         callback=lambda intermediate_result: on_progress(),
     )
     return _force([float(f"{value:.3g}") for value in best.x])
 
 
 def loss(run: Run, force: SocialForce) -> float:
-    """Return how far the model's people are from a run's, mean over some fluctuations."""
+    """Return the loss of a run, averaged over noise realizations of the model."""
     return float(np.mean([_distance(run, walk_again(run, force, key=key)) for key in KEYS]))
 
 
@@ -151,7 +152,7 @@ def _distance(run: Run, model: Walked) -> float:
 
 
 def walk_again(run: Run, force: SocialForce, *, key: int = KEYS[0]) -> Walked:
-    """Return what the people of a run do as social-force people."""
+    """Simulate the people of a run with the social force model."""
     dt_s = Clock().social_s
     people = records(PERSON, len(run.place.entry_times_s))
     for entry, person in enumerate(people.view(np.recarray)):
@@ -166,7 +167,7 @@ def walk_again(run: Run, force: SocialForce, *, key: int = KEYS[0]) -> Walked:
 
 
 def with_drawn_speeds(run: Run, speeds: Speeds, *, seed: int) -> Run:
-    """Return a run whose people walk as fast as drawn people, instead of as they did."""
+    """Return a run with drawn preferred speeds instead of recorded ones."""
     drawn = np.random.default_rng(seed).normal(
         speeds.mean_mps, speeds.sd_mps, len(run.place.entry_times_s)
     )
@@ -175,7 +176,7 @@ def with_drawn_speeds(run: Run, speeds: Speeds, *, seed: int) -> Run:
 
 
 def report(fitted: list[Run], held_out: list[Run], force: SocialForce) -> dict[str, Any]:
-    """Return how real people and the model's compare, for JSON and tables."""
+    """Return the comparison of real and simulated people, for JSON and tables."""
     return {
         "goal_mps": GOAL_MPS,
         "densest_per_m2": BIN_EDGES[-1],
@@ -227,7 +228,7 @@ def _row(walked: Walked) -> dict[str, Any]:
 
 
 def _speed_differences(real: Walked, model: Walked) -> Iterator[float]:
-    """Yield the absolute difference in every bin of which both say something."""
+    """Yield the absolute difference in every bin with data from both."""
     for edge in BIN_EDGES:
         if edge in real.bins and edge in model.bins:
             yield abs(real.bins[edge].speed_mps - model.bins[edge].speed_mps)
@@ -258,7 +259,7 @@ def _walked(recording: Recording) -> Walked:
 
 
 def _as_recording(like: Recording, parts: Iterable[Records], dt_s: float) -> Recording:
-    """Return records (T, P), which come some steps at a time, as a recording of those who came."""
+    """Convert chunks of records (T, P) to a recording of the people who entered."""
     rows, first = [], 0
     for seen in parts:
         step, person = np.nonzero(seen["status"] == PRESENT)

@@ -1,4 +1,4 @@
-"""What the calibration found, as tables on the terminal and as a page of the documentation."""
+"""Calibration results, as tables on the terminal and as a page of the documentation."""
 
 from __future__ import annotations
 
@@ -49,13 +49,13 @@ def page(template: str, record: Record, *, name: str) -> str:
 
 
 def is_near(run: Record, record: Record) -> bool:
-    """Tell whether the model's speed is within the goal in every bin that both sides have."""
+    """Return True if the model's speed is within the goal in every common bin."""
     largest = run["largest_speed_difference_mps"]["model"]
     return largest is not None and bool(largest <= record["goal_mps"])
 
 
 def constant_rows(record: Record) -> Rows:
-    """Return name and values of each constant that is fitted."""
+    """Return name and values of each fitted constant."""
     return [
         (f"`{name}`", *(shown(record[each][name]) for each in SETS)) for name in record["fitted"]
     ]
@@ -68,7 +68,7 @@ def loss_rows(record: Record) -> Rows:
 
 
 def speed_rows(record: Record) -> Rows:
-    """Return the mean speed of every side in every bin of the real people."""
+    """Return the mean speeds of real and simulated people in every density bin."""
     rows: Rows = []
     for run in record["runs"]:
         by_side = {
@@ -83,7 +83,7 @@ def speed_rows(record: Record) -> Rows:
 
 
 def difference_rows(record: Record) -> Rows:
-    """Return how far the mean speed is off at worst, over the densities of each run [m/s]."""
+    """Return the largest error of mean speed over the densities of each run [m/s]."""
     return [
         (_name(run), *(shown(run["largest_speed_difference_mps"][side]) for side in SIDES[1::2]))
         for run in record["runs"]
@@ -91,7 +91,7 @@ def difference_rows(record: Record) -> Rows:
 
 
 def distance_rows(record: Record) -> Rows:
-    """Return how many came in and how near they came to each other, real people and model."""
+    """Return counts of entered people and their mutual distances, real and simulated."""
     fields = ("people", "nearest_mean_m", "nearest_p5_m", "encountering_m", "confronting_m")
     return [
         (_name(run), side, *(shown(run["sides"][side][field]) for field in fields))
@@ -101,7 +101,7 @@ def distance_rows(record: Record) -> Rows:
 
 
 def percentile_rows(record: Record) -> Rows:
-    """Return the percentiles of the sampled speeds, real people and model."""
+    """Return the percentiles of sampled speeds, real and simulated."""
     return [
         (_name(run), side, *map(shown, run["sides"][side]["speed_percentiles_mps"]))
         for run in record["runs"]

@@ -1,4 +1,4 @@
-"""Recordings of walking people as tables on a console, to check a file before it is used."""
+"""Report on track files as tables on a console, for ``hazbot tracks``."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def describe(path: Path, console: Console, options: Options = AS_FOUND) -> None:
-    """Print what the recordings of a file or directory hold, and how they were read.
+    """Print the contents of a track file or directory, and how it was read.
 
     Raises:
         InvalidInput: no recording, or some that cannot be read; the others are printed first.
@@ -44,7 +44,7 @@ def describe(path: Path, console: Console, options: Options = AS_FOUND) -> None:
 
 
 def _reading(recording: Recording) -> str:
-    """Return with which columns, unit and rate a recording was read, and where each came from."""
+    """Return the columns, unit and rate used for a recording, with their sources."""
     reading = recording.reading
     assert reading is not None, "it was read from a file"
     return (

@@ -71,9 +71,9 @@ def actor_of(model: Any, normalize: Any = None) -> Actor:
 
 
 def _blinkered(actor: Actor, extractor: Any) -> Actor:
-    """Return an actor with the weights of all that a model's ``Blinkers`` hide from it at 0."""
+    """Return an actor with zero weights for the entries masked by a model's ``FeatureMask``."""
     kind = type(extractor).__name__
-    if kind not in ("FlattenExtractor", "Blinkers"):
+    if kind not in ("FlattenExtractor", "FeatureMask"):
         raise InvalidInput(f"export: given features of {kind}, allowed is what is observed itself")
     if kind == "FlattenExtractor":
         return actor

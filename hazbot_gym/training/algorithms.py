@@ -1,8 +1,9 @@
-"""The algorithms of a training run, and how one is made for it.
+"""RL algorithms of a training run: registry and construction.
 
 Stable-Baselines3's PPO, SAC (Haarnoja et al. 2018), TD3 (Fujimoto et al. 2018), DQN (Mnih et al.
-2015); of its contrib package recurrent PPO and TQC, whose critics' largest quantiles are left out
-against overestimation (Kuznetsov et al., ICML 2020); and our own: ``dagger``, ``lagrangian``.
+2015); of its contrib package recurrent PPO and TQC, which truncates the critics' largest quantiles
+against overestimation (Kuznetsov et al., ICML 2020); and our own in ``dagger`` and
+``ppo_lagrangian``.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from hazbot_gym.task.observation import LAYOUTS
 from hazbot_gym.training.asymmetric_critic import TimedCriticPolicy
 from hazbot_gym.training.config import PUPILS, TrainConfig, hidden_entries
 from hazbot_gym.training.dagger import BC, DAgger
-from hazbot_gym.training.feature_mask import Blinkers
+from hazbot_gym.training.feature_mask import FeatureMask
 from hazbot_gym.training.imitation import teacher_of
 from hazbot_gym.training.options import MOST, check_options
 from hazbot_gym.training.ppo_lagrangian import PPOLagrangian
@@ -45,14 +46,14 @@ ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
 def make_model(
     config: TrainConfig, envs: TrainingEnvs, allowed: Permissions = NO_CODE
 ) -> BaseAlgorithm:
-    """Make a new model of a run, whose teacher may run what is allowed.
+    """Make a new model of a run; ``allowed`` holds the permissions of its teacher.
 
     Raises:
-        InvalidInput: The algorithm does not take these options or environments.
+        InvalidInput: The algorithm does not accept these options or environments.
     """
     kind = PPOLagrangian if config.lagrangian else ALGORITHMS[config.algorithm]
     _check_options(config, kind)
-    network = _blinkers(config) | config.network
+    network = _feature_mask(config) | config.network
     activation = network.pop("activation", "tanh")
     if not isinstance(activation, str) or activation not in ACTIVATIONS:
         raise InvalidInput(
@@ -90,13 +91,13 @@ def _check_options(config: TrainConfig, kind: type[BaseAlgorithm]) -> None:
     check_options(network, policy, "network")
 
 
-def _blinkers(config: TrainConfig) -> dict[str, Any]:
-    """Return what of the options of a policy hides fields from it."""
+def _feature_mask(config: TrainConfig) -> dict[str, Any]:
+    """Return the policy options of the feature mask."""
     if not config.hidden:
         return {}
     hidden = hidden_entries(config.hidden, LAYOUTS[config.environments()[0].tier])
     return {
-        "features_extractor_class": Blinkers,
+        "features_extractor_class": FeatureMask,
         "features_extractor_kwargs": {"hidden": hidden},
     }
 
@@ -108,9 +109,9 @@ def _policy_of(config: TrainConfig) -> Any:
 
 
 def _options(config: TrainConfig, envs: TrainingEnvs, allowed: Permissions) -> dict[str, Any]:
-    """Return a file's options as the algorithm wants them, and what our own ones need besides."""
+    """Return a file's options in the algorithm's format, with extra arguments of our own ones."""
     options = dict(config.options)
-    if "action_noise" in options:  # its deviation; SB3 wants a noise for each action
+    if "action_noise" in options:  # its standard deviation; SB3 expects one value per action
         deviation = np.full(1, options["action_noise"], np.float32)
         options["action_noise"] = NormalActionNoise(np.zeros(1, np.float32), deviation)
     if config.algorithm in PUPILS:
@@ -123,7 +124,7 @@ def _options(config: TrainConfig, envs: TrainingEnvs, allowed: Permissions) -> d
 
 
 def _silence(model: Any) -> None:
-    """Let an actor answer 0 to everything, so that a residual starts as its base."""
+    """Zero an actor's output layer, so that a residual policy starts as its base."""
     with torch.no_grad():
         for parameter in model.policy.action_net.parameters():
             parameter.zero_()

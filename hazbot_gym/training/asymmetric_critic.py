@@ -1,8 +1,8 @@
-"""A critic that knows the time left, beside an actor that does not.
+"""Asymmetric actor-critic: the critic observes the time left, the actor does not.
 
-A policy does not see the clock, yet what is left of an episode depends on it: near the end a slow
-leader ahead costs the rest of the path. A critic that has to guess the time blames it on what the
-robot did. It is thrown away after training, so it may see more than the actor (asymmetric
+Policies do not observe the time, yet the return-to-go depends on it: near the horizon, a slow
+leader costs the rest of the path. A critic without the time attributes this loss to the robot's
+actions. The critic is discarded after training, so it may observe more than the actor (asymmetric
 actor-critic, Pinto et al., RSS 2018; time in the critic, Pardo et al., ICML 2018).
 """
 
@@ -17,7 +17,7 @@ from stable_baselines3.common.torch_layers import MlpExtractor
 
 
 class TimedCriticPolicy(ActorCriticPolicy):
-    """Takes observations with the time left as their last entry, which only the critic reads."""
+    """Actor-critic policy with the time left as the last entry, read by the critic alone."""
 
     def _build_mlp_extractor(self) -> None:
         self.mlp_extractor = _Networks(
@@ -25,7 +25,7 @@ class TimedCriticPolicy(ActorCriticPolicy):
         )
 
     def predict(self, observation: Any, *arguments: Any, **options: Any) -> Any:
-        """Return the action; observations may come without their last entry."""
+        """Return the action; the last entry of observations is optional."""
         assert self.observation_space.shape is not None
         if np.shape(observation)[-1] == self.observation_space.shape[0] - 1:
             observation = np.insert(observation, np.shape(observation)[-1], 0.0, axis=-1)
@@ -33,7 +33,7 @@ class TimedCriticPolicy(ActorCriticPolicy):
 
 
 class _Networks(MlpExtractor):
-    """The hidden layers of both; the actor's do not take the last feature."""
+    """The hidden layers of both; the actor's ignore the last feature."""
 
     def __init__(self, width: int, net_arch: Any, activation: Any, device: Any) -> None:
         super().__init__(width, net_arch, activation, device)

@@ -1,12 +1,12 @@
-"""Checkpoints of a training run: whole or recognised as damaged, and read without pickle.
+"""Checkpoints of a training run, with checksum and without pickle.
 
     OUT/checkpoints/000000250000.pt    SHA-256 of the rest, then torch's file of tensors and numbers
 
-Two are kept, so that a damaged one costs an interval and not the run. One holds the networks, the
-optimisers, the counters that schedules follow, a replay buffer where there is one, and what our own
-algorithms name as ``remembered``, such as DAgger's data set or a Lagrangian's price. It holds no
-random state and no environment: after each checkpoint a run seeds all of them anew, from its own
-seed and the number of checkpoints so far, whether it was interrupted or not.
+The newest two are kept, so that a damaged checkpoint costs an interval and not the run. A
+checkpoint holds the networks, the optimisers, the counters of schedules, the replay buffer if any,
+and the attributes listed in our own algorithms' ``remembered``, such as DAgger's data set or the
+Lagrange multiplier. It holds neither random state nor environments: after each checkpoint a run
+reseeds everything from its own seed and the number of checkpoints so far, interrupted or not.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ def save(folder: Path, model: BaseAlgorithm, progress: State) -> None:
     """Write a checkpoint and remove all but the newest ones.
 
     Args:
-        folder: Where checkpoints are.
-        model: Whose training it is.
-        progress: What else a run goes on from: plain values.
+        folder: Folder of checkpoints.
+        model: The model in training.
+        progress: Further state of the run: plain values.
     """
     content = io.BytesIO()
     torch.save({"model": state_of(model), "progress": progress}, content)
@@ -54,12 +54,12 @@ def save(folder: Path, model: BaseAlgorithm, progress: State) -> None:
 
 
 def load_newest(folder: Path, console: Console, run: str | None = None) -> State | None:
-    """Return the newest checkpoint that is whole; None if there is none. Says what it passes over.
+    """Return the newest undamaged checkpoint, or None; report skipped ones.
 
     Args:
-        folder: Where checkpoints are.
-        console: Where is said what is passed over.
-        run: Identity of the run, which ``progress`` of another run's does not have; None: any.
+        folder: Folder of checkpoints.
+        console: Output for skipped checkpoints.
+        run: Identity of the run, compared with the one in ``progress``; None: any.
 
     Returns:
         ``model`` for ``restore``, and ``progress`` as it was saved.
@@ -77,20 +77,20 @@ def load_newest(folder: Path, console: Console, run: str | None = None) -> State
 
 
 def _load(path: Path) -> State | None:
-    """Return what is in a checkpoint, or None where it is damaged or holds more than numbers."""
+    """Return the content of a checkpoint, or None if it is damaged or holds pickled code."""
     digest, _, data = path.read_bytes().partition(b"\n")
     if hashlib.sha256(data).hexdigest().encode() != digest:
         return None
     try:
         state = torch.load(io.BytesIO(data), weights_only=True)
-    except (pickle.UnpicklingError, RuntimeError, EOFError):  # as its maker wanted it
+    except (pickle.UnpicklingError, RuntimeError, EOFError):  # a foreign file
         return None
     is_ours = isinstance(state, dict) and isinstance(state.get("progress"), dict)
     return state if is_ours and isinstance(state.get("model"), dict) else None
 
 
 def state_of(model: BaseAlgorithm) -> State:
-    """Return all that an update of the model depends on, as tensors and plain values."""
+    """Return the complete state of a model's updates, as tensors and plain values."""
     _, variables = model._get_torch_save_params()
     names = (*COUNTERS, *getattr(model, "remembered", ()))
     return {
@@ -102,17 +102,17 @@ def state_of(model: BaseAlgorithm) -> State:
 
 
 def restore(model: BaseAlgorithm, state: State) -> None:
-    """Bring a new model of the same config to a saved state."""
+    """Load a saved state into a new model of the same config."""
     model.set_parameters(state["parameters"], device=model.device)
     for name, value in state["variables"].items():
-        getattr(model, name).data.copy_(value)  # the optimiser knows this very tensor
+        getattr(model, name).data.copy_(value)  # in place, since the optimiser holds this tensor
     for name, value in state["counters"].items():
         setattr(model, name, value)
     _fill_buffer(model, state["buffer"])
 
 
 def _buffer_of(model: BaseAlgorithm) -> State:
-    """Return what the replay buffer holds."""
+    """Return the content of the replay buffer."""
     buffer = getattr(model, "replay_buffer", None)
     if buffer is None:
         return {}
@@ -130,5 +130,5 @@ def _fill_buffer(model: BaseAlgorithm, state: State) -> None:
 
 
 def _all(folder: Path) -> list[Path]:
-    """Return the checkpoints, the newest first."""
+    """Return all checkpoints, newest first."""
     return sorted(folder.glob("[0-9]*.pt"), reverse=True)

@@ -1,7 +1,7 @@
-"""What a training run consists of: algorithm, environments, budget, validation.
+"""Training configuration: algorithm, environments, budget, validation.
 
-A training file (``configs/*.yaml``) holds deltas on the defaults below. ``options`` go to the
-algorithm of Stable-Baselines3 as they are, ``network`` to its policy, with the names used there.
+A training file (``configs/*.yaml``) holds deltas on the defaults below. ``options`` are passed to
+the algorithm of Stable-Baselines3 and ``network`` to its policy, with the names used there.
 """
 
 from __future__ import annotations
@@ -26,66 +26,66 @@ from hazbot_gym.task.observation import LAYOUTS, Layout
 from hazbot_gym.utils.yaml_loader import read_yaml
 
 Algorithm = Literal["ppo", "sac", "td3", "tqc", "dqn", "recurrent_ppo", "bc", "dagger"]
-PUPILS = ("bc", "dagger")  # that learn from a teacher alone, never from rewards
+PUPILS = ("bc", "dagger")  # pure imitation, without rewards
 
 
 class Validation(Section):
-    """How the best model is found: mean return over scenarios that no test uses."""
+    """Model selection by mean return over held-out validation scenarios."""
 
-    every_steps: Steps = 250_000  # and as often a checkpoint
-    episodes: Annotated[int, Ge(1), Le(100_000)] = 100  # shared out among the environments
+    every_steps: Steps = 250_000  # also the interval of checkpoints
+    episodes: Annotated[int, Ge(1), Le(100_000)] = 100  # split among the environments
 
 
 class Imitation(Section):
-    """A teacher: a start for PPO (``imitation.py``), all of bc and dagger (``dagger.py``)."""
+    """Imitation of a teacher: pretraining (``imitation.py``), or bc and dagger (``dagger.py``)."""
 
     teacher: str = "fuzzy_expert"
     decisions: Annotated[int, Ge(1), Le(50_000_000)] = (
-        700_000  # that are watched; of bc and dagger in each round
+        700_000  # demonstrations; of bc and dagger in each round
     )
-    noise: Annotated[float, Ge(0)] = 0.2  # deviation by which actions in [-1, 1] are disturbed
+    noise: Annotated[float, Ge(0)] = 0.2  # standard deviation of the action noise
     epochs: Annotated[int, Ge(1), Le(100_000)] = 15
     batch_size: Annotated[int, Ge(1), Le(50_000_000)] = 2048
-    learning_rate: Annotated[float, Gt(0)] = 1e-3  # falls to nil
+    learning_rate: Annotated[float, Gt(0)] = 1e-3  # decays to 0
 
 
 class Residual(Section):
-    """A base whose actions are corrected (``policies/residual.py``)."""
+    """Residual policy learning on a base policy (``policies/residual.py``)."""
 
     base: str = "fuzzy_expert"
-    scale: Annotated[float, Gt(0), Le(2)] = 0.5  # of corrections in [-1, 1]; 2 overrules any base
+    scale: Annotated[float, Gt(0), Le(2)] = 0.5  # of corrections in [-1, 1]; 2 overrides any base
 
 
 class Lagrangian(Section):
-    """A limit on the cost, and how its price is found (``training/ppo_lagrangian.py``)."""
+    """Cost constraint and multiplier update (``training/ppo_lagrangian.py``)."""
 
-    limit: Annotated[float, Ge(0)]  # d, of the mean cost of an episode
-    rate: Annotated[float, Gt(0)] = 0.1  # eta, of the price for an excess of 1 that lasts
-    proportional: Annotated[float, Ge(0)] = 0.0  # K_P, of the price for the excess as it is
-    derivative: Annotated[float, Ge(0)] = 0.0  # K_D, of the price for a cost that grows
-    start: Annotated[float, Ge(0)] = 0.0  # the price at the beginning
+    limit: Annotated[float, Ge(0)]  # d, limit of the mean cost of an episode
+    rate: Annotated[float, Gt(0)] = 0.1  # eta, integral gain
+    proportional: Annotated[float, Ge(0)] = 0.0  # K_P, proportional gain
+    derivative: Annotated[float, Ge(0)] = 0.0  # K_D, derivative gain
+    start: Annotated[float, Ge(0)] = 0.0  # initial multiplier
 
 
 class TrainConfig(Section):
-    """All that decides the weights of a run; where it is written is not in here."""
+    """All values that determine a run's weights; the output folder is not part of them."""
 
     algorithm: Algorithm = "ppo"
     env: SomeNames = (f"{NAMESPACE}/Corridor-v0",)
     overrides: dict[str, Any] = Field(default_factory=dict)  # of the environments' config
     worlds: Annotated[int, Ge(1), Le(100_000)] = (
-        512  # side by side, shared out among the environments
+        512  # parallel worlds, split among the environments
     )
     engine: Engine = "batched"
-    threads: Annotated[int, Ge(1), Le(1024)] = 1  # that step the worlds; no result depends on it
-    steps: Steps = 3_000_000  # decisions in all
+    threads: Annotated[int, Ge(1), Le(1024)] = 1  # of the engine; results do not depend on it
+    steps: Steps = 3_000_000  # total decisions
     seed: Annotated[int, Ge(0), Le(2**32 - 1)] = 0
-    reward_scale: Annotated[float, Gt(0)] = 0.05  # brings rewards near 1; logged returns are bare
+    reward_scale: Annotated[float, Gt(0)] = 0.05  # logged returns are unscaled
     shaping: Literal["none", "free_drive"] = "none"  # free_drive: see training/shaping.py
-    hidden: Names = ()  # fields that networks do not see (training/feature_mask.py), with *
-    timed_critic: bool = False  # whether the critic knows the time left; only for ppo
+    hidden: Names = ()  # fields masked from networks (training/feature_mask.py), with *
+    timed_critic: bool = False  # whether the critic observes the time left; only for ppo
     imitation: Annotated[Imitation | None, Field(validate_default=True)] = None  # ppo, bc, dagger
-    residual: Residual | None = None  # corrections of a base; for ppo and recurrent_ppo
-    lagrangian: Lagrangian | None = None  # a limit on the cost; only for ppo
+    residual: Residual | None = None  # residual policy; for ppo and recurrent_ppo
+    lagrangian: Lagrangian | None = None  # cost constraint; only for ppo
     learning_rate: Annotated[float, Gt(0)] = 1e-3  # of bc and dagger ``imitation.learning_rate``
     final_learning_rate: Annotated[float, Ge(0)] = 0.0  # reached linearly
     options: dict[str, Any] = Field(default_factory=dict)
@@ -100,7 +100,7 @@ class TrainConfig(Section):
 
     @field_validator("imitation")
     @classmethod
-    def _is_for_pupils(cls, value: Any, info: ValidationInfo) -> Any:
+    def _is_for_students(cls, value: Any, info: ValidationInfo) -> Any:
         algorithm = info.data.get("algorithm")
         if value and algorithm not in ("ppo", *PUPILS):
             raise ValueError(
@@ -140,10 +140,10 @@ class TrainConfig(Section):
         return patterns
 
     def environments(self) -> tuple[Config, ...]:
-        """Return the config of each environment, with the horizon that it is registered with.
+        """Return the config of each environment, with its registered horizon.
 
         Raises:
-            InvalidInput: There is no such environment, or a value is not allowed in it.
+            InvalidInput: An environment is unknown, or a value is not allowed for it.
         """
         return tuple(_environment(env, self.overrides) for env in self.env)
 
@@ -173,7 +173,7 @@ def load_training(path: Path | str | None = None, **changes: Any) -> TrainConfig
 
 
 def hidden_entries(patterns: Sequence[str], layout: Layout) -> list[int]:
-    """Return the entries of a tier's observations whose names fit one of some patterns."""
+    """Return the indices of a tier's observation entries that match any pattern."""
     return [
         i
         for i, name in enumerate(layout.names)
@@ -182,5 +182,5 @@ def hidden_entries(patterns: Sequence[str], layout: Layout) -> list[int]:
 
 
 def shares(total: int, parts: int) -> list[int]:
-    """Return a whole number shared out as evenly as it goes, the first parts getting more."""
+    """Split a whole number as evenly as possible, larger parts first."""
     return [total // parts + (i < total % parts) for i in range(parts)]

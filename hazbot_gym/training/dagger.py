@@ -1,14 +1,14 @@
-"""Imitation alone: behaviour cloning, and DAgger, in which the pupil drives and the teacher tells.
+"""Imitation learning: behaviour cloning and DAgger.
 
-In round i = 0, 1, ... the teacher is at the wheel with probability beta^i for each decision, the
-pupil otherwise; the teacher says what it would do about everything that is seen; the pupil is
-fitted to all that was ever said (Ross, Gordon and Bagnell, AISTATS 2011, algorithm 3.1). So it
-learns where its own mistakes lead to. With beta = 0 only the first round is the teacher's, their
-parameter-free schedule; with beta = 1 all are, which is behaviour cloning (Pomerleau 1989). The
-best pupil on validation is kept, as the paper has it.
+In round i = 0, 1, ... the teacher acts with probability beta^i in each decision, the student
+otherwise; the teacher labels every observation with its own action; the student is fitted to the
+aggregated data set (Ross, Gordon and Bagnell, AISTATS 2011, algorithm 3.1). So it learns in the
+states that its own mistakes lead to. With beta = 0 the teacher drives in the first round only,
+their parameter-free schedule; with beta = 1 in all rounds, which is behaviour cloning (Pomerleau
+1989). The best student on validation is kept, as in the paper.
 
-A round takes ``imitation.decisions``, a run ``steps`` of them in all. The data set is part of each
-checkpoint: 4 bytes for an entry of an observation, 20 MB for 100,000 decisions on the tracks tier.
+A round takes ``imitation.decisions``, a run ``steps`` decisions in total. The data set is part of
+each checkpoint: 4 bytes per observation entry, 20 MB for 100,000 decisions on the tracks tier.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from hazbot_gym.evaluation import rollout
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.policies.guard import Observations
 from hazbot_gym.training.config import Imitation
-from hazbot_gym.training.imitation import Lessons, learn, miss
+from hazbot_gym.training.imitation import Demonstrations, learn, miss
 from hazbot_gym.training.vec_envs import TrainingEnvs
 
 
 class DAgger(BaseAlgorithm):
-    """Supervised learning of a teacher's answers in rounds; in most, the pupil drives."""
+    """DAgger: supervised learning of the teacher's actions on the student's own states."""
 
     policy_aliases: ClassVar[Any] = {"MlpPolicy": ActorCriticPolicy}
     remembered = ("observations", "actions")
@@ -48,15 +48,15 @@ class DAgger(BaseAlgorithm):
         beta: float = 0.5,
         **options: Any,
     ) -> None:
-        """Make a pupil that knows nothing yet.
+        """Make an untrained student.
 
         Args:
-            policy: ``MlpPolicy``; its critic is not taught.
-            env: Where it learns.
-            teacher: Who tells what to do.
-            imitation: How long a round is and how the pupil is fitted.
-            beta: Of the probability beta^i that the teacher drives in round i.
-            options: What all algorithms of Stable-Baselines3 take.
+            policy: ``MlpPolicy``; its critic is not trained.
+            env: Training environments.
+            teacher: Policy that labels observations with actions.
+            imitation: Length of a round and options of the fit.
+            beta: Base of the probability beta^i that the teacher drives in round i.
+            options: Options of ``BaseAlgorithm``.
         """
         if not 0.0 <= beta <= 1.0:
             raise InvalidInput(f"beta: given {beta!r}, allowed is 0 to 1")
@@ -86,7 +86,7 @@ class DAgger(BaseAlgorithm):
         reset_num_timesteps: bool = True,
         progress_bar: bool = False,
     ) -> DAgger:
-        """Go through rounds until there were so many decisions; see ``BaseAlgorithm.learn``."""
+        """Run rounds up to a number of decisions; see ``BaseAlgorithm.learn``."""
         total, callback = self._setup_learn(
             total_timesteps, callback, reset_num_timesteps, tb_log_name, progress_bar
         )
@@ -94,21 +94,21 @@ class DAgger(BaseAlgorithm):
         while self.num_timesteps < total:
             callback.on_rollout_start()
             seed = rollout.episode_seed(self.seed or 0, "round", self._n_updates)
-            told = self._drive(callback, np.random.default_rng(seed))
+            demonstrations = self._drive(callback, np.random.default_rng(seed))
             callback.on_rollout_end()
-            self._fit(told, torch.Generator().manual_seed(seed))
+            self._fit(demonstrations, torch.Generator().manual_seed(seed))
         callback.on_training_end()
         return self
 
-    def _drive(self, callback: BaseCallback, rng: np.random.Generator) -> Lessons:
-        """Drive a round; return what was seen and what the teacher said about it."""
+    def _drive(self, callback: BaseCallback, rng: np.random.Generator) -> Demonstrations:
+        """Drive a round; return the observations and the teacher's actions."""
         assert self.env is not None
-        share, state, seen, told = self.beta**self._n_updates, None, [], []
+        share, state, seen, expert = self.beta**self._n_updates, None, [], []
         for _ in range(-(-self.imitation.decisions // self.n_envs)):
             observation = cast(Observations, self._last_obs)
             wanted, state = self.teacher.predict(observation, state, self._last_episode_starts)
             seen.append(torch.from_numpy(observation))
-            told.append(torch.from_numpy(wanted))
+            expert.append(torch.from_numpy(wanted))
             is_taught = rng.random((self.n_envs, 1)) < share
             action = np.where(is_taught, wanted, self.predict(observation, deterministic=True)[0])
             noise = self.imitation.noise * rng.standard_normal(action.shape, np.float32)
@@ -118,23 +118,25 @@ class DAgger(BaseAlgorithm):
             self.num_timesteps += self.n_envs
             callback.update_locals({"infos": infos, "dones": dones})
             callback.on_step()
-        return Lessons(torch.cat(seen), torch.cat(told))
+        return Demonstrations(torch.cat(seen), torch.cat(expert))
 
-    def _fit(self, told: Lessons, generator: torch.Generator) -> None:
-        """Add a round to the data set and fit the pupil to all of it."""
-        self.logger.record("imitation/miss", self.miss_of(told))
-        self.observations = torch.cat([self.observations, told.observations])
-        self.actions = torch.cat([self.actions, told.actions])
-        learn(self.policy, Lessons(self.observations, self.actions), self.imitation, generator)
-        self.logger.record("imitation/miss_after", self.miss_of(told))
+    def _fit(self, demonstrations: Demonstrations, generator: torch.Generator) -> None:
+        """Add a round to the data set and fit the student to the whole set."""
+        self.logger.record("imitation/miss", self.miss_of(demonstrations))
+        self.observations = torch.cat([self.observations, demonstrations.observations])
+        self.actions = torch.cat([self.actions, demonstrations.actions])
+        learn(
+            self.policy, Demonstrations(self.observations, self.actions), self.imitation, generator
+        )
+        self.logger.record("imitation/miss_after", self.miss_of(demonstrations))
         self._n_updates += 1
 
-    def miss_of(self, lessons: Lessons) -> float:
-        """Return the pupil's mean squared miss of what it was told."""
+    def miss_of(self, demonstrations: Demonstrations) -> float:
+        """Return the student's mean squared error of the teacher's actions."""
         with torch.no_grad():
-            drawn = self.policy.get_distribution(lessons.observations).distribution
+            drawn = self.policy.get_distribution(demonstrations.observations).distribution
             means = cast(torch.distributions.Distribution, drawn).mean
-            return float(miss(means, lessons.actions))
+            return float(miss(means, demonstrations.actions))
 
     def _get_torch_save_params(self) -> tuple[list[str], list[str]]:
         return ["policy"], []

@@ -1,4 +1,4 @@
-"""Trained policies to files: the arrays without pickle, and a model card beside them."""
+"""Export of trained policies: arrays without pickle, and a model card."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ def export_model(
     """Export the actor of a Stable-Baselines3 model.
 
     Args:
-        model: What ``from_sb3.actor_of`` has a plain form for.
-        path: Of the ``.npz``; the card gets the suffix ``.md``.
-        tier: Information tier that it was trained on.
-        normalize: The ``VecNormalize`` that it was trained behind, if it was.
-        residual: The base that it corrects and its scale, if it does.
-        training: How it was trained: config, seed, versions, commit.
-        results: What it reached, by name of the metric.
-        overwrite: Whether a file that is there may be replaced.
+        model: A model supported by ``from_sb3.actor_of``.
+        path: Path of the ``.npz``; the card gets the suffix ``.md``.
+        tier: Information tier of its observations.
+        normalize: The ``VecNormalize`` of its training, if any.
+        residual: Base policy and scale of a residual policy, else None.
+        training: Provenance: config, seed, versions, commit.
+        results: Validation results by metric.
+        overwrite: Whether to replace an existing file.
 
     Raises:
-        InvalidInput: The model has no plain form, its observations are not the tier's, or the file
-            is there already.
+        InvalidInput: The model is not supported, its observations do not fit the tier, or the file
+            exists.
     """
     actor, name = actor_of(model, normalize), type(model).__name__
     trained = describe(
@@ -49,10 +49,10 @@ def export_model(
 
 
 def export_actor(trained: Trained, path: Path, *, overwrite: bool = False) -> None:
-    """Write an actor, of whatever made it, and its card.
+    """Write an actor from any source, and its card.
 
     Raises:
-        InvalidInput: The file is there already, has another suffix, or cannot be written.
+        InvalidInput: The file exists, has another suffix, or cannot be written.
     """
     if path.suffix != ".npz":
         raise InvalidInput(f"path: given {str(path)!r}, allowed is a name that ends in .npz")

@@ -1,7 +1,7 @@
-"""Networks that do not see all of an observation, to find out what it is good for.
+"""Feature mask: networks without some observation entries, for ablations.
 
-A hidden entry is 0 for the network, in training and ever after, so that an exported actor needs
-only zeros where its first layer would have read it. What a residual's base sees is not changed.
+A masked entry is 0 for the network, in training and afterwards, so that export only zeros the
+weights of the first layer. The base of a residual policy is not masked.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ import torch
 from stable_baselines3.common.torch_layers import FlattenExtractor
 
 
-class Blinkers(FlattenExtractor):
-    """Observations with some entries at 0, as an algorithm's ``features_extractor_class``."""
+class FeatureMask(FlattenExtractor):
+    """Feature mask: sets entries to 0, as an algorithm's ``features_extractor_class``."""
 
     def __init__(self, observation_space: Any, hidden: Sequence[int]) -> None:
-        """Hide some entries.
+        """Mask some entries.
 
         Args:
-            observation_space: What is seen by others.
-            hidden: Indices of the entries that are not.
+            observation_space: Unmasked space.
+            hidden: Indices of the masked entries.
         """
         super().__init__(observation_space)
         seen = torch.ones(self.features_dim)
@@ -30,6 +30,6 @@ class Blinkers(FlattenExtractor):
         self.register_buffer("seen", seen)
 
     def forward(self, observations: torch.Tensor) -> torch.Tensor:
-        """Return what is left of observations (N, width)."""
+        """Return masked observations (N, width)."""
         features: torch.Tensor = super().forward(observations)
         return features * self.seen

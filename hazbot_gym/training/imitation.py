@@ -1,8 +1,8 @@
-"""A start from a teacher: supervised learning, from which reinforcement learning goes on.
+"""Imitation pretraining: supervised learning from a teacher before reinforcement learning.
 
-The teacher drives, pushed off its course by noise so that ways back are seen too (DART, Laskey et
-al., CoRL 2017). The actor learns what the teacher would have done, by least squares; the critic
-what came of it, so that PPO's first updates do not undo what the actor has learned.
+The teacher drives under action noise, so that the demonstrations include recoveries (DART, Laskey
+et al., CoRL 2017). The actor is fitted to the teacher's noise-free actions by least squares, the
+critic to the returns, so that PPO's first updates do not destroy the pretrained actor.
 """
 
 from __future__ import annotations
@@ -22,25 +22,25 @@ from hazbot_gym.training.config import Imitation, TrainConfig
 from hazbot_gym.training.vec_envs import TrainingEnvs, require_speeds
 
 
-class Lessons(NamedTuple):
-    """What a teacher would do, and for a critic what came of it."""
+class Demonstrations(NamedTuple):
+    """Demonstrations: observations, expert actions, and returns for a critic."""
 
     observations: torch.Tensor  # (M, width)
-    actions: torch.Tensor  # (M, 1) what the teacher would do
-    returns: torch.Tensor | None = None  # (M,) discounted rewards from there to the end
+    actions: torch.Tensor  # (M, 1) expert actions
+    returns: torch.Tensor | None = None  # (M,) discounted returns
 
-    def take(self, rows: torch.Tensor) -> Lessons:
-        """Return some of them."""
+    def take(self, rows: torch.Tensor) -> Demonstrations:
+        """Return a subset."""
         returns = None if self.returns is None else self.returns[rows]
-        return Lessons(self.observations[rows], self.actions[rows], returns)
+        return Demonstrations(self.observations[rows], self.actions[rows], returns)
 
 
 def teacher_of(imitation: Imitation, envs: TrainingEnvs, allowed: Permissions = NO_CODE) -> Policy:
-    """Return the teacher of a run, which may run what is allowed.
+    """Return the teacher of a run, with the given permissions.
 
     Raises:
-        InvalidInput: There is no such policy, it cannot act on these observations, or actions are
-            levels, which nobody shows.
+        InvalidInput: The policy is unknown, cannot act on these observations, or actions are
+            discrete, which teachers do not support.
     """
     require_speeds(envs, "imitation")
     teacher = make(imitation.teacher, **allowed._asdict())
@@ -49,13 +49,13 @@ def teacher_of(imitation: Imitation, envs: TrainingEnvs, allowed: Permissions = 
 
 
 def imitate(model: PPO, envs: TrainingEnvs, teacher: Policy, config: TrainConfig) -> None:
-    """Let a new model learn from the teacher of its run; the same seed teaches it the same."""
+    """Pretrain a new model on the teacher of its run; deterministic for a seed."""
     assert config.imitation is not None
     seed = rollout.episode_seed(config.seed, "imitation", 0)
     envs.seed(seed)
     rng = np.random.default_rng(seed)
-    lessons = watch(envs, teacher, config.imitation, float(model.gamma), rng)
-    learn(model.policy, lessons, config.imitation, torch.Generator().manual_seed(seed))
+    demonstrations = watch(envs, teacher, config.imitation, float(model.gamma), rng)
+    learn(model.policy, demonstrations, config.imitation, torch.Generator().manual_seed(seed))
 
 
 def watch(
@@ -64,26 +64,26 @@ def watch(
     imitation: Imitation,
     gamma: float,
     rng: np.random.Generator,
-) -> Lessons:
-    """Let the teacher drive in all worlds side by side; return what belongs to whole episodes."""
+) -> Demonstrations:
+    """Collect demonstrations in all worlds in parallel; return those of complete episodes."""
     observation, state, starts = envs.reset(), None, np.ones(envs.num_envs, np.bool_)
-    seen, done, told = [], [], []
+    seen, done, expert = [], [], []
     for _ in range(-(-imitation.decisions // envs.num_envs)):
         action, state = teacher.predict(observation[:, : envs.width], state, starts)
         seen.append(observation)
-        told.append(action)
+        expert.append(action)
         noise = imitation.noise * rng.standard_normal(action.shape, np.float32)
         seen_next, rewards, starts, _ = envs.step(np.clip(action + noise, -1.0, 1.0))
         observation = cast(Observations, seen_next)
         done.append((rewards, starts))
     rewards, ends = (np.stack(each) for each in zip(*done, strict=True))
     returns, is_known = returns_of(rewards, ends, gamma)
-    lessons = (np.stack(seen), np.stack(told), returns.astype(np.float32))
-    return Lessons(*(torch.as_tensor(each[is_known]) for each in lessons))
+    demonstrations = (np.stack(seen), np.stack(expert), returns.astype(np.float32))
+    return Demonstrations(*(torch.as_tensor(each[is_known]) for each in demonstrations))
 
 
 def returns_of(rewards: Floats, ends: Flags, gamma: float) -> tuple[Floats, Flags]:
-    """Return discounted returns (T, N) to the ends of episodes, and where there is an end."""
+    """Return discounted returns (T, N), and a mask of the decisions of complete episodes."""
     returns, is_known = np.zeros_like(rewards, np.float64), np.zeros_like(ends, np.bool_)
     later, has_end = np.zeros(rewards.shape[1]), np.zeros(rewards.shape[1], np.bool_)
     for t in reversed(range(len(rewards))):
@@ -94,10 +94,13 @@ def returns_of(rewards: Floats, ends: Flags, gamma: float) -> tuple[Floats, Flag
 
 
 def learn(
-    policy: ActorCriticPolicy, lessons: Lessons, imitation: Imitation, generator: torch.Generator
+    policy: ActorCriticPolicy,
+    demonstrations: Demonstrations,
+    imitation: Imitation,
+    generator: torch.Generator,
 ) -> None:
-    """Fit an actor, and a critic where returns are told, at a rate that falls to nil."""
-    count = len(lessons.actions)
+    """Fit an actor, and a critic if returns are given, with a learning rate that decays to 0."""
+    count = len(demonstrations.actions)
     batches = imitation.epochs * (count // imitation.batch_size)
     optimizer = torch.optim.Adam(policy.parameters(), imitation.learning_rate)
     falling = torch.optim.lr_scheduler.LinearLR(optimizer, 1.0, 0.0, total_iters=max(batches, 1))
@@ -105,23 +108,23 @@ def learn(
         order = torch.randperm(count, generator=generator)
         lots = order.split(imitation.batch_size)  # type: ignore[no-untyped-call]  # torch's own
         for batch in lots[: batches // imitation.epochs]:
-            loss = _loss(policy, lessons.take(batch))
+            loss = _loss(policy, demonstrations.take(batch))
             optimizer.zero_grad()
             loss.backward()  # type: ignore[no-untyped-call]  # torch's own
             optimizer.step()
             falling.step()
 
 
-def _loss(policy: ActorCriticPolicy, lessons: Lessons) -> torch.Tensor:
-    drawn = policy.get_distribution(lessons.observations).distribution
-    loss = miss(cast(torch.distributions.Distribution, drawn).mean, lessons.actions)
-    if lessons.returns is not None:
-        values = policy.predict_values(lessons.observations).flatten()
-        loss = loss + torch.nn.functional.mse_loss(values, lessons.returns)
+def _loss(policy: ActorCriticPolicy, demonstrations: Demonstrations) -> torch.Tensor:
+    drawn = policy.get_distribution(demonstrations.observations).distribution
+    loss = miss(cast(torch.distributions.Distribution, drawn).mean, demonstrations.actions)
+    if demonstrations.returns is not None:
+        values = policy.predict_values(demonstrations.observations).flatten()
+        loss = loss + torch.nn.functional.mse_loss(values, demonstrations.returns)
     return loss
 
 
 def miss(means: torch.Tensor, actions: torch.Tensor) -> torch.Tensor:
-    """Return the mean squared miss; what is clipped to the teacher's action does not miss it."""
+    """Return the mean squared error; outputs that clip to the teacher's action have error 0."""
     is_beyond = (means * actions > 0.0) & (actions.abs() >= 1.0) & (means.abs() >= 1.0)
     return torch.where(is_beyond, 0.0, (means - actions) ** 2).mean()

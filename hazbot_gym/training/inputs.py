@@ -1,4 +1,4 @@
-"""Files that a training run depends on, and whether they were edited."""
+"""Input files of a training run, and checks for edits."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hazbot_gym.training.config import TrainConfig
 
 
 def of_training(config: TrainConfig, allowed: Permissions = NO_CODE) -> list[Path]:
-    """Return the files that a training run reads: of its environments, and of its teacher."""
+    """Return the input files of a training run: of its environments, and of its teacher."""
     sets = [ScenarioSet(name=env, env=env, overrides=config.overrides) for env in config.env]
     teacher = config.imitation.teacher if config.imitation else None
     blanks = {(1, LAYOUTS[each.tier].width) for each in config.environments()}
@@ -23,10 +23,10 @@ def of_training(config: TrainConfig, allowed: Permissions = NO_CODE) -> list[Pat
 
 
 def check_unedited(before: Mapping[str, str]) -> None:
-    """Make sure that files are, while a training runs, those of ``digests`` at its beginning.
+    """Check that input files still have the ``digests`` of the start of training.
 
     Raises:
-        InvalidInput: One was edited or removed.
+        InvalidInput: A file was edited or removed.
     """
     for name, digest in before.items():
         path = Path(name)

@@ -1,4 +1,4 @@
-"""What a training run shows of itself: TensorBoard's curves and a progress bar."""
+"""Logging of a training run: TensorBoard curves and a progress bar."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from hazbot_gym.task.reward import TERMS
 from hazbot_gym.utils import terminal
 
 LEAST_STEPS = 5_000  # decisions between two points of a curve
-# Curve by what the environments call it.
+# Curve by key of the environments' info.
 CURVES = {
     "episode/return": "r",
     "episode/length": "l",
@@ -30,14 +30,14 @@ CURVES = {
     "episode/mean_speed_mps": "speed_mps",
     **{f"reward_terms/{name}": name for name in TERMS},
 }
-# The curves that Stable-Baselines3 has of every run, over as many episodes as it takes.
+# The standard curves of Stable-Baselines3, over its usual number of episodes.
 USUAL_CURVES = {"rollout/ep_rew_mean": "r", "rollout/ep_len_mean": "l"}
 USUAL_EPISODES = 100
 
 
 @contextlib.contextmanager
 def disk_errors_told_once(out: Path) -> Iterator[None]:
-    """Let TensorBoard's thread print no traceback of a disk error, which its next call raises.
+    """Suppress the traceback of a disk error in TensorBoard's thread; its next call raises.
 
     Raises:
         InvalidInput: A file of the folder ``out`` cannot be written, and the error names none.
@@ -62,7 +62,7 @@ def disk_errors_told_once(out: Path) -> Iterator[None]:
 class EpisodeLog(BaseCallback):
     """Logs the means over the episodes that have ended, and the share of each outcome.
 
-    Besides, Stable-Baselines3's usual curves: over the last 100 episodes, and steps per second.
+    It also logs Stable-Baselines3's usual curves: over the last 100 episodes, and steps per second.
     """
 
     def _on_training_start(self) -> None:
@@ -77,7 +77,7 @@ class EpisodeLog(BaseCallback):
         return True
 
     def _on_rollout_start(self) -> None:
-        # The last update's losses are recorded by now, and appear at the same step.
+        # The last update's losses are already recorded, and appear at the same step.
         if self.model.num_timesteps - self._logged_at >= LEAST_STEPS:
             self._log()
 
@@ -102,7 +102,7 @@ class EpisodeLog(BaseCallback):
 
 
 class ProgressBar(BaseCallback):
-    """Moves the bar; silent where nobody watches."""
+    """Progress bar; silent without a terminal."""
 
     def __init__(self, console: Console, steps: int) -> None:
         super().__init__()
@@ -127,7 +127,7 @@ class ProgressBar(BaseCallback):
         self._show()
 
     def stop(self) -> None:
-        """Leave the bar as it stands."""
+        """Stop the bar."""
         self._bar.stop()
 
     def _show(self) -> None:

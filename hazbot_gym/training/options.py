@@ -1,7 +1,7 @@
-"""The options of a training file, held to the constructors that they go to.
+"""Validation of a training file's options against the constructors' signatures.
 
-Stable-Baselines3 checks few of them: a wrong type breaks after the first rollout or changes what is
-learned without a word.
+Stable-Baselines3 checks few options: a wrong type fails after the first rollout or changes the
+training silently.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from hazbot_gym.errors import InvalidInput
 
-# What a run decides itself, or what no file can hold.
+# Set by the run itself, or not expressible in a file.
 OURS = {
     "self", "policy", "env", "learning_rate", "policy_kwargs", "seed", "device", "lagrangian",
     "teacher", "imitation", "tensorboard_log", "monitor_wrapper", "support_multi_env",
@@ -24,23 +24,23 @@ OURS = {
     "replay_buffer_class", "rollout_buffer_class", "_init_setup_model",
 }  # fmt: skip
 SHARES = {"gamma", "gae_lambda", "tau", "clip_range", "exploration_fraction", "beta"}  # 0 to 1
-# The least of numbers is 1 for those that count something and else 0, but for:
+# The minimum is 1 for counts and 0 otherwise, except for:
 LEAST = {
     "gradient_steps": -1, "sde_sample_freq": -1, "learning_starts": 0, "verbose": 0,
     "top_quantiles_to_drop_per_net": 0, "log_std_init": -100, "target_entropy": -1000,
 }  # fmt: skip
-MOST = 10_000_000  # of every number; a replay buffer of as many entries takes gigabytes
-MOST_UNITS = 8192  # of a layer; two of them have 67 million weights between them
+MOST = 10_000_000  # maximum of all numbers; a replay buffer of this size takes gigabytes
+MOST_UNITS = 8192  # units of a layer; two such layers have 67 million weights
 UNITS = {"net_arch", "lstm_hidden_size"}
 
 
 def check_options(options: Mapping[str, Any], kind: type, what: str) -> None:
-    """Refuse what the constructor of a class does not take.
+    """Reject options that a class's constructor does not accept.
 
     Args:
-        options: As a file gives them.
-        kind: The class that they go to.
-        what: The field that they stand in.
+        options: Options of a file.
+        kind: The class.
+        what: Name of the config field.
 
     Raises:
         InvalidInput: A name is unknown, or a value has another type or an impossible size.
@@ -57,7 +57,7 @@ def check_options(options: Mapping[str, Any], kind: type, what: str) -> None:
 
 
 def _parameters(kind: type) -> Iterator[inspect.Parameter]:
-    """Yield the arguments of a constructor, and those that it passes on to the one below it."""
+    """Yield the arguments of a constructor, and those passed on to its base class."""
     for each in kind.__mro__:
         if "__init__" not in vars(each):
             continue
@@ -70,12 +70,12 @@ def _parameters(kind: type) -> Iterator[inspect.Parameter]:
 
 
 def _check_type(value: Any, annotation: Any, field: str) -> None:
-    # As JSON, a list will do for a tuple, while numbers stay strict.
+    # JSON mode accepts a list for a tuple, while numbers stay strict.
     config = ConfigDict(strict=True, arbitrary_types_allowed=True, allow_inf_nan=False)
     try:
         TypeAdapter(annotation, config=config).validate_json(json.dumps(value))
     except ValidationError as error:
-        # Without the alternatives of a union, and with the value as the file has it.
+        # Without the alternatives of a union, and with the original value.
         reason = max(error.errors(), key=lambda each: len(each["loc"]))["msg"]
         raise InvalidInput(f"{field}: given {value!r}, {reason[0].lower()}{reason[1:]}") from error
 

@@ -1,4 +1,4 @@
-"""PPO under a limit on the cost of an episode, by a price on cost that finds itself.
+"""PPO-Lagrangian: PPO under a constraint on the cost of an episode, with an adaptive multiplier.
 
     maximise   J_r - lambda (J_c - d)                    over the policy, by PPO
     I      <-  [I + eta (J_c - d)]+
@@ -7,13 +7,13 @@
 J_c is the mean cost of an episode, J_c' the one before, d the limit. With K_P = K_D = 0 this is the
 gradient step on the multiplier of PPO-Lagrangian (Ray, Achiam and Amodei 2019); the other two terms
 make it a PID controller, which overshoots less (Stooke, Achiam and Abbeel, ICML 2020, algorithm 2).
-Price and reward go into one critic: every reward becomes r - lambda c.
+Cost and reward share one critic: every reward becomes r - lambda c.
 
-A decision's cost is its intrusion, plus 1 for a contact that the robot causes. The reward charges
-the same intrusion by a fixed price, its weight of -4 (``config.reward``), so with that weight
-lambda is what the limit asks *on top*, and 4 stays charged however low the cost. To let the limit
-alone decide, take the fixed price away, ``overrides: {reward: {intrusion: 0}}``; lambda is then
-what the intrusion weight would have to be for a cost of d.
+A decision's cost is its intrusion, plus 1 for a contact that the robot causes. The reward penalizes
+the same intrusion by a fixed weight of -4 (``config.reward``), so with that weight lambda is an
+*additional* penalty, and 4 remains however low the cost. To let the constraint alone decide, remove
+the fixed weight, ``overrides: {reward: {intrusion: 0}}``; lambda is then the intrusion weight that
+gives a cost of d.
 """
 
 from __future__ import annotations
@@ -30,24 +30,24 @@ from hazbot_gym.training.config import Lagrangian
 from hazbot_gym.training.vec_envs import TrainingEnvs
 
 
-class Price(NamedTuple):
-    """The state of the controller."""
+class MultiplierState(NamedTuple):
+    """Multiplier lambda and the state of its PID controller."""
 
-    multiplier: float  # lambda, in units of the bare reward
+    multiplier: float  # lambda, in units of the unscaled reward
     integral: float
-    cost: float = math.inf  # J_c of the last change; before the first nothing grows
+    cost: float = math.inf  # J_c of the last update; None before the first
 
 
-def moved(price: Price, cost: float, lagrangian: Lagrangian) -> Price:
-    """Return the price after episodes of some mean cost."""
-    excess, growth = cost - lagrangian.limit, max(cost - price.cost, 0.0)
-    integral = max(price.integral + lagrangian.rate * excess, 0.0)
+def updated(state: MultiplierState, cost: float, lagrangian: Lagrangian) -> MultiplierState:
+    """Return the multiplier after episodes of some mean cost."""
+    excess, growth = cost - lagrangian.limit, max(cost - state.cost, 0.0)
+    integral = max(state.integral + lagrangian.rate * excess, 0.0)
     total = integral + lagrangian.proportional * excess + lagrangian.derivative * growth
-    return Price(max(total, 0.0), integral, cost)
+    return MultiplierState(max(total, 0.0), integral, cost)
 
 
-class PricedEnvs(VecEnvWrapper):
-    """Environments in which cost is paid for: r - lambda c, scaled as rewards are."""
+class PenalizedEnvs(VecEnvWrapper):
+    """Environment wrapper with penalized rewards r - lambda c, scaled like rewards."""
 
     def __init__(self, envs: TrainingEnvs, multiplier: float) -> None:
         super().__init__(envs)
@@ -65,34 +65,37 @@ class PricedEnvs(VecEnvWrapper):
 
 
 class PPOLagrangian(PPO):
-    """PPO whose rewards are charged for cost, at a price that moves between updates.
+    """PPO-Lagrangian: the multiplier is updated between policy updates.
 
-    It moves when as many episodes have ended as there are worlds: of episodes that begin together
-    the short ones end first, and what they cost is not what episodes cost.
+    It is updated once as many episodes have ended as there are worlds: of episodes that begin
+    together the short ones end first, and their costs are a biased sample.
     """
 
-    remembered = ("price", "ended")
+    remembered = ("multiplier", "ended")
 
     def __init__(
         self, policy: Any, env: TrainingEnvs, *, lagrangian: Lagrangian, **options: Any
     ) -> None:
         self.lagrangian = lagrangian
-        self.price = list(Price(lagrangian.start, lagrangian.start))  # as checkpoints keep it
-        self.ended: list[float] = []  # costs of the episodes that have ended since it moved
-        super().__init__(policy, PricedEnvs(env, lagrangian.start), **options)
+        self.multiplier = list(MultiplierState(lagrangian.start, lagrangian.start))  # checkpointed
+        self.ended: list[float] = []  # costs of the episodes that ended since the last update
+        super().__init__(policy, PenalizedEnvs(env, lagrangian.start), **options)
 
     def collect_rollouts(self, env: Any, *arguments: Any, **options: Any) -> bool:
-        """Let the policy drive where cost has its present price."""
-        env.multiplier = self.price[0]
+        """Collect rollouts with the current multiplier."""
+        env.multiplier = self.multiplier[0]
         return super().collect_rollouts(env, *arguments, **options)
 
     def train(self) -> None:
-        """Move the price if enough is known, then update the policy."""
+        """Update the multiplier if enough episodes have ended, then the policy."""
         if len(self.ended) >= self.n_envs:
             cost = float(np.mean(self.ended))
-            self.price, self.ended = list(moved(Price(*self.price), cost, self.lagrangian)), []
+            self.multiplier, self.ended = (
+                list(updated(MultiplierState(*self.multiplier), cost, self.lagrangian)),
+                [],
+            )
             self.logger.record("lagrangian/cost", cost)
-        self.logger.record("lagrangian/multiplier", self.price[0])
+        self.logger.record("lagrangian/multiplier", self.multiplier[0])
         super().train()
 
     def _update_info_buffer(self, infos: list[dict[str, Any]], dones: Any = None) -> None:

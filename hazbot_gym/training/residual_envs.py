@@ -1,4 +1,4 @@
-"""The worlds of a residual policy: a base drives, and what is learned corrects it."""
+"""Environments of residual policy learning: learned corrections of a base policy's actions."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from hazbot_gym.training.vec_envs import TrainingEnvs, require_speeds
 
 
 class ResidualEnvs(VecEnvWrapper):
-    """Takes corrections in [-1, 1] for actions; the base's own actions go below them."""
+    """Environment wrapper: actions are corrections in [-1, 1], added to the base's actions."""
 
     def __init__(self, envs: TrainingEnvs, residual: Residual) -> None:
-        """Put a base under the actions of some environments.
+        """Wrap environments with a base policy.
 
         Raises:
-            InvalidInput: There is no such base, it cannot act on these observations, or actions are
-                levels, to which nothing can be added.
+            InvalidInput: The base is unknown, cannot act on these observations, or actions are
+                discrete and cannot be corrected.
         """
         require_speeds(envs, "residual")
         super().__init__(envs)
@@ -39,7 +39,7 @@ class ResidualEnvs(VecEnvWrapper):
         return observations
 
     def step_async(self, actions: npt.NDArray[Any]) -> None:
-        """Hand out the corrected actions."""
+        """Send the corrected actions."""
         self.venv.step_async(corrected(self._act(), actions, self.correction_scale))
 
     def step_wait(self) -> tuple[Any, Any, Any, list[dict[str, Any]]]:
@@ -53,7 +53,7 @@ class ResidualEnvs(VecEnvWrapper):
         self._starts = np.ones(len(observations), np.bool_)
 
     def _act(self) -> npt.NDArray[np.float32]:
-        """Return what the base does about what it sees now."""
+        """Return the base's action on the current observations."""
         seen = self._seen[:, : self._width]
         action, self._state = self.base.predict(seen, self._state, self._starts)
         return action

@@ -1,17 +1,17 @@
-"""A training run: an algorithm of Stable-Baselines3 on the batched engine, safe against crashes.
+"""Training run: an algorithm of Stable-Baselines3 on the batched engine, crash-safe.
 
-    OUT/manifest.json     what is run: config, seed, versions, commit, start time
-    OUT/policy.npz, .md   the best model on validation so far, and its card
-    OUT/checkpoints/      what ``--resume`` goes on from
+    OUT/manifest.json     provenance: config, seed, versions, commit, start time
+    OUT/policy.npz, .md   best model on validation so far, and its card
+    OUT/checkpoints/      state for ``--resume``
     OUT/tensorboard/      curves
-    OUT/result.json       validations and speed, when the run is done
+    OUT/result.json       validations and speed, after the run
 
-A run is cut into stretches of ``validation.every_steps`` decisions. At the end of each the model is
-validated and a checkpoint written. Each begins by seeding everything from the run's seed and the
-number of the stretch: worlds, numpy, torch, Python. So a run that was killed goes on from its last
-checkpoint exactly as one that was not, to the same bits on one torch thread of the same machine.
-The price: episodes that run at the end of a stretch are cut off there. Their last value is
-bootstrapped, as at the end of every rollout, but their ends are seen a little less often.
+A run is divided into stretches of ``validation.every_steps`` decisions. Each stretch ends with a
+validation and a checkpoint, and begins by seeding worlds, numpy, torch and Python from the run's
+seed and the number of the stretch. So a killed run resumes from its last checkpoint with
+bit-identical results, on one torch thread of the same machine. The cost: episodes are truncated at
+the end of a stretch. Their last value is bootstrapped, as at the end of every rollout, but terminal
+states are slightly underrepresented.
 """
 
 from __future__ import annotations
@@ -67,10 +67,10 @@ from hazbot_gym.utils.files import read_json, sole_use, write_json
 
 
 class Result(NamedTuple):
-    """What a run came to."""
+    """Result of a run."""
 
     model: BaseAlgorithm
-    best: dict[str, float | None]  # headline metrics of the policy that was kept
+    best: dict[str, float | None]  # headline metrics of the best policy
     policy: Path
 
 
@@ -82,19 +82,19 @@ def train(
     console: Console | None = None,
     allowed: Permissions = NO_CODE,
 ) -> Result:
-    """Run a training, or what is left of one, and export its best policy.
+    """Run or resume a training, and export its best policy.
 
-    Uses one torch thread: the networks are too small to share, and sums stay in one order.
+    Uses one torch thread: the networks are small, and the order of sums is fixed.
 
     Args:
-        config: What to run.
-        out: Folder of its files: new, empty, or with ``resume`` this run's own.
-        resume: Whether to go on from the last checkpoint, if there is one.
-        console: Where progress goes; None for nowhere.
-        allowed: What a teacher that the config names may run.
+        config: The training run.
+        out: Output folder: new, empty, or with ``resume`` this run's own.
+        resume: Whether to resume from the last checkpoint, if any.
+        console: Output of progress; None for silence.
+        allowed: Permissions of the config's teacher.
 
     Raises:
-        InvalidInput: Something about the config or the folder is not usable; nothing was written.
+        InvalidInput: The config or the folder is not usable; nothing was written.
     """
     if not isinstance(config, TrainConfig):
         raise InvalidInput(f"config: given {config!r}, allowed is what load_training returns")
@@ -111,10 +111,10 @@ def train(
 
 
 def make_all(config: TrainConfig, allowed: Permissions = NO_CODE) -> tuple[Any, Any]:
-    """Return the model of a run in its environments, and the teacher that it begins with, if any.
+    """Return the model of a run in its environments, and its teacher, if any.
 
     Raises:
-        InvalidInput: Something about the config is not usable.
+        InvalidInput: The config is not usable.
     """
     envs: Any = make_envs(config)
     if config.residual:
@@ -128,7 +128,7 @@ def make_all(config: TrainConfig, allowed: Permissions = NO_CODE) -> tuple[Any, 
 def _run(
     config: TrainConfig, stretches: Stretches, model: Any, teacher: Any, *, resume: bool
 ) -> Result:
-    """Run what is left of a training whose folder is claimed."""
+    """Run the remaining part of a training with a claimed folder."""
     if resume:
         stretches.resume(model)
     if teacher and model.num_timesteps == 0:
@@ -142,7 +142,7 @@ def _run(
             is_new = model.num_timesteps == 0
             model.learn(left, callbacks, log_interval=None, reset_num_timesteps=is_new)
         else:
-            stretches.conclude(model)  # its file may have been removed
+            stretches.conclude(model)  # its file may be missing
     finally:
         bar.stop()
         model.logger.close()
@@ -151,7 +151,7 @@ def _run(
 
 
 def manifest(config: TrainConfig) -> dict[str, Any]:
-    """Return where a run's policy comes from."""
+    """Return the provenance of a run's policy."""
     return {
         "run": config.identity(),
         "config": config.model_dump(mode="json"),
@@ -168,23 +168,23 @@ def manifest(config: TrainConfig) -> dict[str, Any]:
 
 
 class Stretches(BaseCallback):
-    """Cuts a run into stretches: begins each from seeds, ends it by validation and checkpoint."""
+    """Callback that divides a run into stretches with seeding, validation and checkpoint."""
 
     def __init__(
         self, config: TrainConfig, out: Path, console: Console, read: Mapping[str, str]
     ) -> None:
         super().__init__()
         self.config, self.out, self.console = config, out, console
-        self.read = read  # digests of the files that the environments are made of
+        self.read = read  # digests of the environments' input files
         self.policy_path = out / POLICY
         self.tier = config.environments()[0].tier
         self.residual = config.residual.model_dump() if config.residual else None
         self.begun, self.is_running = 0, False
-        self.seconds = 0.0  # of training, validations left out
+        self.seconds = 0.0  # training time without validations
         self.validations: list[dict[str, Any]] = []
 
     def resume(self, model: BaseAlgorithm) -> None:
-        """Bring a new model to where its run was last saved."""
+        """Restore a new model from its run's last checkpoint."""
         run = self.config.identity()
         state = checkpoints.load_newest(self.out / CHECKPOINTS, self.console, run)
         if state is None:
@@ -199,7 +199,7 @@ class Stretches(BaseCallback):
         self.console.print(f"the run goes on from step {model.num_timesteps:,}")
 
     def _write_again(self, model: BaseAlgorithm) -> None:
-        """Write a policy that is gone or damaged, if the checkpoint's model is the best so far."""
+        """Rewrite a missing or damaged policy, if the checkpoint's model is the best so far."""
         best = self.best()
         if best["step"] != model.num_timesteps:
             raise PolicyLost(
@@ -210,7 +210,7 @@ class Stretches(BaseCallback):
         self.console.print(f"{POLICY} was missing or damaged and is written again")
 
     def best(self) -> dict[str, Any]:
-        """Return the validation of the model that was kept."""
+        """Return the validation of the best model."""
         limit = self.config.lagrangian.limit if self.config.lagrangian else None
         return max(self.validations, key=lambda found: merit(found, limit))
 
@@ -228,28 +228,28 @@ class Stretches(BaseCallback):
         self.conclude(self.model)
 
     def conclude(self, model: BaseAlgorithm) -> None:
-        """Write what the run came to."""
+        """Write the result of the run."""
         write_json(self.out / RESULT, self._result(model))
 
     def _begin(self) -> None:
-        """Seed everything anew and reset all worlds."""
+        """Reseed everything and reset all worlds."""
         model, env = self.model, self.training_env
         model.set_random_seed(rollout.episode_seed(self.config.seed, "training", self.begun))
         model._last_obs = cast(Observations, env.reset())
-        model._last_episode_starts = np.ones(env.num_envs, np.bool_)  # also empties an LSTM
+        model._last_episode_starts = np.ones(env.num_envs, np.bool_)  # also clears the LSTM state
         self.begun, self.is_running = self.begun + 1, True
         self._began = time.perf_counter()
 
     def _end(self) -> None:
-        """Validate the model, keep it if it is the best so far, and write a checkpoint."""
+        """Validate the model, export it if it is the best so far, and write a checkpoint."""
         self.seconds += time.perf_counter() - self._began
         driver = on_its_base(self.model, self.residual)
         found = {"step": self.model.num_timesteps, **validate(driver, self.config)}
-        check_unedited(self.read)  # validations make their environments anew
+        check_unedited(self.read)  # validations build new environments
         for name, value in found.items():
             if value is not None:
                 self.logger.record(f"validation/{name}", value)
-        self.logger.dump(self.model.num_timesteps)  # now, as a kill may follow
+        self.logger.dump(self.model.num_timesteps)  # now, since the process may be killed
         self.validations.append(found)
         if self.best() is found:
             self._keep(self.model, found)
@@ -263,7 +263,7 @@ class Stretches(BaseCallback):
         checkpoints.save(self.out / CHECKPOINTS, self.model, progress)
 
     def _keep(self, model: BaseAlgorithm, found: dict[str, Any]) -> None:
-        """Write the model as the best one so far."""
+        """Export the model as the best so far."""
         export_model(
             model,
             self.policy_path,

@@ -1,4 +1,4 @@
-"""The folder of a training run, which belongs to one run and to nothing else."""
+"""Output folder of a training run, owned by a single run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CHECKPOINTS, TENSORBOARD = "checkpoints", "tensorboard"
 
 
 class PolicyLost(InvalidInput):
-    """The policy of a run is gone or damaged, and its model is in no checkpoint."""
+    """The policy of a run is missing or damaged, and no checkpoint holds its model."""
 
 
 def claim(
@@ -24,10 +24,10 @@ def claim(
     """Check that a folder is new or empty, or with ``resume`` this run's own.
 
     Args:
-        folder: Of the run.
-        identity: Of the run.
-        resume: Whether it may have been begun.
-        inputs: Digests of the files that it reads, which must be those that it was begun with.
+        folder: Folder of the run.
+        identity: Identity of the run.
+        resume: Whether an unfinished run is accepted.
+        inputs: Digests of its input files, which must be those of its start.
 
     Raises:
         InvalidInput: The folder holds another run or foreign files, or is no folder.
@@ -56,7 +56,7 @@ def claim(
 
 
 def has_policy(folder: Path, identity: str) -> bool:
-    """Tell whether the policy of a run is there, whole, and this run's."""
+    """Return True if the policy of this run exists undamaged."""
     try:
         about = actor_file.read(folder / POLICY).about
     except InvalidInput:
@@ -66,7 +66,7 @@ def has_policy(folder: Path, identity: str) -> bool:
 
 
 def has_result(folder: Path, identity: str) -> bool:
-    """Tell whether a run is done, and what it came to is there, whole, and this run's."""
+    """Return True if this run is finished and its result exists undamaged."""
     try:
         result = read_json(folder / RESULT)
     except InvalidInput:

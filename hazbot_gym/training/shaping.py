@@ -1,19 +1,17 @@
-"""What a decision loses against a free drive, instead of what it earns.
+"""Potential-based reward shaping: each reward minus that of a free drive.
 
-Most of a return is the path itself, which every policy that arrives is paid for alike. A critic
-must then know the path's worth to a hundredth before it sees what waiting costs; and one that does
-not know the time cannot see at all that the arrival term presses. Potential-based shaping (Ng,
-Harada and Russell, ICML 1999, with their gamma = 1) takes out of every reward what a free drive
-would earn:
+Most of a return is progress along the path, equal for every policy that arrives. A critic must then
+predict this part to 1 % before it can resolve the cost of waiting, and without the time it cannot
+predict the arrival term at all. Potential-based shaping (Ng, Harada and Russell, ICML 1999, with
+their gamma = 1) subtracts the reward of a free drive:
 
     r'(t) = r(t) + Phi(t+1) - Phi(t)
     Phi(t) = w_p n + w_a (1 - (t + n) / H), and 0 after the end
 
-with n the decisions that the rest of the path takes at nominal speed, H the decisions allowed, w_p
-and w_a the weights of progress and arrival. What is left of a reward are the penalties and the
-delay, w_a (1 - advance) / H. The r' of an episode add up to its return less Phi(0), which no policy
-changes. For that to hold, running out of time is an end like any other, and its value is not
-bootstrapped: what is left of the path then is lost.
+with n the remaining decisions at nominal speed, H the horizon in decisions, w_p and w_a the weights
+of progress and arrival. The remaining reward consists of the penalties and the delay, w_a
+(1 - advance) / H. The r' of an episode sum to its return minus Phi(0), a constant. For this to
+hold, a timeout is a termination, and its value is not bootstrapped: the rest of the path is lost.
 """
 
 from __future__ import annotations
@@ -27,16 +25,16 @@ from hazbot_gym.core.state import Floats
 
 
 class FreeDrive:
-    """The return that is still to be had in each of N worlds if nobody is in the way."""
+    """Return-to-go Phi of a free drive in each of N worlds."""
 
     def __init__(self, configs: Sequence[Config], sizes: Sequence[int]) -> None:
-        """Note what each world pays; ``sizes`` says how many there are of each config."""
+        """Store the reward weights of each world; ``sizes`` are the worlds per config."""
         self._progress = np.repeat([config.reward.progress for config in configs], sizes)
         self._arrival = np.repeat([config.reward.arrival for config in configs], sizes)
         self._allowed = np.repeat([config.max_episode_steps for config in configs], sizes)
 
     def time_left(self, steps: Floats) -> Floats:
-        """Return the share of the decisions allowed that is left after some (N,)."""
+        """Return the remaining share of the horizon (N,)."""
         share: Floats = 1.0 - steps / self._allowed
         return share
 
@@ -44,7 +42,7 @@ class FreeDrive:
         """Return Phi (N,).
 
         Args:
-            path: (N,) decisions that the whole path takes at nominal speed.
+            path: (N,) decisions for the whole path at nominal speed.
             advance: (N,) sum of the progress terms so far.
             steps: (N,) decisions taken so far.
         """

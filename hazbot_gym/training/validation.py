@@ -1,4 +1,4 @@
-"""How good a policy is while it is trained: metrics over scenarios that no test uses."""
+"""Validation during training: metrics over held-out scenarios."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from hazbot_gym.evaluation import batch_rollout, rollout
 from hazbot_gym.evaluation.metrics import means, measure
 from hazbot_gym.training.config import TrainConfig, shares
 
-ROOT = 0  # of the seeds: all runs are validated on the same scenarios
+ROOT = 0  # root of the seeds: all runs share the validation scenarios
 
 
 def validate(policy: Any, config: TrainConfig) -> dict[str, float | None]:
     """Return the mean of each headline metric, and of the cost, over a run's validation scenarios.
 
-    The name of a scenario set enters its seeds, and no set of a study has a name like these.
+    The name of a scenario set enters its seeds, and no set of a study has these names.
 
     Args:
-        policy: With ``predict``, deterministic.
-        config: Of the run.
+        policy: A deterministic policy.
+        config: Config of the run.
     """
     rows = []
     episodes = shares(config.validation.episodes, len(config.env))
@@ -34,11 +34,11 @@ def validate(policy: Any, config: TrainConfig) -> dict[str, float | None]:
 
 
 def merit(found: dict[str, Any], limit: float | None) -> tuple[float, float]:
-    """Return what validations are ranked by: the larger return, and before it what keeps a limit.
+    """Return the selection key of a validation: constraint satisfaction first, then return.
 
     Args:
-        found: What ``validate`` returned.
-        limit: On the mean cost of an episode; None for none.
+        found: Result of ``validate``.
+        limit: Limit of the mean cost of an episode; None without a limit.
     """
     excess = 0.0 if limit is None else max(found["cost"] - limit, 0.0)
     return -excess, found["return"]

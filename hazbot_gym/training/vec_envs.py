@@ -1,8 +1,7 @@
-"""The environments of a training run, side by side, as Stable-Baselines3 wants them.
+"""Vectorized training environments for Stable-Baselines3.
 
-Adds what a run needs besides: rewards scaled and shaped for the networks; and under ``episode`` in
-the info of every episode that ends, as Monitor does it, its return, reward terms, cost and time
-ratio, neither scaled nor shaped.
+Rewards are scaled and shaped for the networks. As in Monitor, the last info of every episode holds
+under ``episode`` its return, reward terms, cost and time ratio, neither scaled nor shaped.
 """
 
 from __future__ import annotations
@@ -32,18 +31,18 @@ PROGRESS = TERMS.index("progress")
 
 
 class TrainingEnvs(VecEnv):
-    """Several ``VecEnv`` as one; rewards are scaled and shaped, the sums in infos are not."""
+    """Several ``VecEnv`` as one, with scaled and shaped rewards; sums in infos are raw."""
 
     def __init__(
         self, parts: Sequence[VecEnv], configs: Sequence[Config], training: TrainConfig
     ) -> None:
-        """Put environments side by side.
+        """Combine environments.
 
         Args:
             parts: Each a ``CorridorVecEnv`` or a ``DummyVecEnv`` of corridor environments.
-            configs: The config of each.
-            training: How their rewards are scaled and shaped, and whether observations end with
-                the time left.
+            configs: The config of each part.
+            training: Scaling and shaping of rewards, and whether observations end with the time
+                left.
         """
         self.parts, self.scale = list(parts), training.reward_scale
         self.is_timed = training.timed_critic
@@ -57,7 +56,7 @@ class TrainingEnvs(VecEnv):
         self._is_shaped = training.shaping == "free_drive"
         space = parts[0].observation_space
         assert space.shape is not None
-        self.width = space.shape[0]  # of what policies see, the time left not among it
+        self.width = space.shape[0]  # of policies' observations, without the time left
         super().__init__(
             sum(sizes), _with_time(space) if self.is_timed else space, parts[0].action_space
         )
@@ -77,7 +76,7 @@ class TrainingEnvs(VecEnv):
         return self._observed(parts)
 
     def step_async(self, actions: npt.NDArray[Any]) -> None:
-        """Hand out the actions."""
+        """Send the actions."""
         for part, own in zip(self.parts, self.slices, strict=True):
             part.step_async(actions[own])
 
@@ -94,7 +93,7 @@ class TrainingEnvs(VecEnv):
         for i in np.flatnonzero(dones):
             infos[i]["episode"] = self._close(int(i))
             if self._is_shaped:
-                infos[i]["TimeLimit.truncated"] = False  # the potential has charged it
+                infos[i]["TimeLimit.truncated"] = False  # already part of the potential
             if self.is_timed:
                 last = infos[i]["terminal_observation"]
                 infos[i]["terminal_observation"] = np.append(last, np.float32(0.0))
@@ -103,7 +102,7 @@ class TrainingEnvs(VecEnv):
         return observations, (self.scale * shaped).astype(np.float32), dones, infos
 
     def _observed(self, parts: list[npt.NDArray[np.float32]]) -> npt.NDArray[np.float32]:
-        """Return the observations of all worlds, with the time left if that is wanted."""
+        """Return the observations of all worlds, with the time left if configured."""
         width = parts[0].shape[1]
         observed = _aligned(self.num_envs, width + self.is_timed)
         np.concatenate(parts, out=observed[:, :width])
@@ -119,7 +118,7 @@ class TrainingEnvs(VecEnv):
         return self._free_drive.potential(path, self._sums[:, PROGRESS], self._sums[:, -1])
 
     def _add_up(self, rewards: Floats, infos: list[list[dict[str, Any]]]) -> None:
-        """Add a decision to the sums of the episodes that are going on."""
+        """Add a decision to the sums of the running episodes."""
         for part, own, told in zip(self.parts, self.slices, infos, strict=True):
             terms, costs = _decision_of(part, told)
             self._sums[own, : len(TERMS)] += terms
@@ -128,7 +127,7 @@ class TrainingEnvs(VecEnv):
         self._sums[:, -1] += 1.0
 
     def _close(self, i: int) -> dict[str, float]:
-        """Return what the episode that has ended in world i came to, and begin the next one's."""
+        """Return the sums of the ended episode in world i, and reset them."""
         sums, length = dict(zip(SUMS, self._sums[i].tolist(), strict=True)), self._sums[i, -1]
         sums["time_ratio"] = float(length * self._decision_s[i] / self._free_s[i])
         sums["speed_mps"] = float(self._sums[i, PROGRESS] / length * self._nominal_mps[i])
@@ -147,23 +146,23 @@ class TrainingEnvs(VecEnv):
         return [found[i] for i in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-        """Refuse: nothing of a run's environments is changed."""
+        """Not supported: environments of a run are immutable."""
         raise InvalidInput(f"set_attr: given {attr_name!r}, a run's environments are not changed")
 
     def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> Any:
-        """Refuse: batched worlds have no methods of their own."""
+        """Not supported: batched worlds have no individual methods."""
         raise InvalidInput(f"env_method: given {method_name!r}, worlds are not called one by one")
 
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
-        """Tell that no world is wrapped."""
+        """Return False for every world."""
         return [False for _ in self._get_indices(indices)]
 
 
 def make_envs(config: TrainConfig) -> TrainingEnvs:
-    """Make the environments of a run, the worlds shared out among them.
+    """Make the environments of a run, with the worlds split among them.
 
     Raises:
-        InvalidInput: One of them cannot be made, or they do not fit each other.
+        InvalidInput: An environment cannot be made, or they do not fit each other.
     """
     if config.worlds < len(config.env):
         raise InvalidInput(
@@ -176,13 +175,13 @@ def make_envs(config: TrainConfig) -> TrainingEnvs:
 
 
 def require_speeds(envs: VecEnv, key: str) -> None:
-    """Refuse what a key of a run asks for where actions are levels instead of speeds."""
+    """Reject a config key that requires continuous actions."""
     if hasattr(envs.action_space, "n"):
         raise InvalidInput(f"{key}: given action_type 'discrete', allowed is 'continuous'")
 
 
 def _with_time(space: gymnasium.Space[Any]) -> gymnasium.spaces.Box:
-    """Return the space of observations with the time left, a share, as their last entry."""
+    """Return the observation space with the share of time left as last entry."""
     assert isinstance(space, gymnasium.spaces.Box)
     low, high = np.append(space.low, np.float32(0.0)), np.append(space.high, np.float32(1.0))
     return gymnasium.spaces.Box(low, high)
@@ -205,9 +204,9 @@ def _decision_of(part: VecEnv, infos: list[dict[str, Any]]) -> tuple[Floats, Flo
 
 
 def _aligned(rows: int, columns: int) -> npt.NDArray[np.float32]:
-    """Return an array for observations that begins where torch reads it best.
+    """Return an aligned array for observations.
 
-    Its matrix products depend in the last bit on where an array begins; numpy's begin anywhere,
-    and then equal seeds would not give equal weights.
+    Torch's matrix products depend on alignment in the last bit; numpy's alignment varies, and equal
+    seeds would not give equal weights.
     """
     return torch.empty(rows, columns).numpy()

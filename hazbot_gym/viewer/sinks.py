@@ -1,7 +1,7 @@
-"""Who looks on while a policy drives: a user at a window, a film, or somebody with a camera.
+"""Sinks of rendered frames: a window with key control, a video file, a single picture.
 
-Keys in the window: space pauses and goes on, the right arrow goes on by one decision, r begins the
-next episode, q or escape ends.
+Keys in the window: space pauses and resumes, the right arrow steps one decision, r starts the next
+episode, q or escape quits.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from typing import Protocol
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.viewer.video import Film, Gif, Image, Mp4, save_picture
 
-LAST_STAYS_S = 1.5  # how long the last picture of an episode stays
-MOST_PER_S = 30.0  # pictures in a film; of a faster one some are left out
+LAST_STAYS_S = 1.5  # display time of an episode's last frame
+MOST_PER_S = 30.0  # frame rate of a video; frames are dropped above it
 FILMS: dict[str, type[Mp4 | Gif]] = {".mp4": Mp4, ".gif": Gif}
 PICTURE = ".png"
 
 
 class Stopped(Exception):
-    """The user wants to see no more of this episode, or no more at all."""
+    """The user stopped this episode or the whole session."""
 
     def __init__(self, *, for_good: bool) -> None:
         super().__init__()
@@ -29,26 +29,26 @@ class Stopped(Exception):
 
 
 class Screen(Protocol):
-    """What sees every decision instant of an episode."""
+    """Sink: receives every decision instant of an episode."""
 
     def see(self, picture: Callable[[], Image], time_s: float, *, is_last: bool) -> None:
-        """See one instant.
+        """Receive one instant.
 
         Args:
-            picture: Paints it.
-            time_s: In the episode.
+            picture: Renders the instant.
+            time_s: Episode time [s].
             is_last: Whether the episode ends here.
 
         Raises:
-            Stopped: Nobody wants to see what follows.
+            Stopped: The user stopped.
         """
 
     def close(self) -> None:
-        """See nothing more."""
+        """Close the sink."""
 
 
 class LiveScreen:
-    """A window, and the user's keys."""
+    """A window with key control."""
 
     def __init__(self, title: str, pictures_per_s: float) -> None:
         from hazbot_gym.envs.window import Window
@@ -58,7 +58,7 @@ class LiveScreen:
         self._is_paused = False
 
     def see(self, picture: Callable[[], Image], time_s: float, *, is_last: bool) -> None:
-        """Show it, and return when the user lets it go on."""
+        """Show it, and return when the next decision is due."""
         self._window.show(picture())
         rest = self._last_stays if is_last else 0
         while not self._may_go_on() or rest > 0:
@@ -70,7 +70,7 @@ class LiveScreen:
         self._window.close()
 
     def _may_go_on(self) -> bool:
-        """Do what the keys ask for, and return whether the next decision may follow."""
+        """Handle the keys, and return True if the next decision may follow."""
         is_single_step = False
         for key in self._window.pressed():
             if key in ("q", "escape"):
@@ -87,7 +87,7 @@ class LiveScreen:
 
 
 class FilmScreen:
-    """A film of all that is seen."""
+    """A video of all instants."""
 
     def __init__(self, path: Path, ending: str, pictures_per_s: float) -> None:
         self._stride = math.ceil(pictures_per_s / MOST_PER_S)
@@ -97,7 +97,7 @@ class FilmScreen:
         self._seen = 0
 
     def see(self, picture: Callable[[], Image], time_s: float, *, is_last: bool) -> None:
-        """Add it to the film."""
+        """Add the frame to the video."""
         if is_last or self._seen % self._stride == 0:
             image = picture()
             for _ in range(self._last_stays if is_last else 1):
@@ -105,11 +105,11 @@ class FilmScreen:
         self._seen += 1
 
     def close(self) -> None:
-        """Finish the film."""
+        """Finish the video."""
         self._film.close()
 
     def check(self) -> None:
-        """Raise an OSError if the file of the film is not whole."""
+        """Raise an OSError if the video file is incomplete."""
         self._film.check()
 
 
@@ -120,7 +120,7 @@ class PictureScreen:
         self._path, self._at_s, self._is_done = path, at_s, False
 
     def see(self, picture: Callable[[], Image], time_s: float, *, is_last: bool) -> None:
-        """Take the picture if it is time."""
+        """Write the picture at its time."""
         is_time = is_last if self._at_s is None else time_s >= self._at_s - 1e-6
         if is_time and not self._is_done:
             save_picture(self._path, picture())
@@ -129,7 +129,7 @@ class PictureScreen:
             raise InvalidInput(f"at: given {self._at_s}, the episode ended after {time_s} s")
 
     def close(self) -> None:
-        """Do nothing: the picture is written."""
+        """Do nothing: the picture is already written."""
 
     def check(self) -> None:
         """Do nothing: a picture that cannot be written raises at once."""

@@ -1,4 +1,4 @@
-"""Pictures to files: a film as mp4, an animation as gif, a single picture as png."""
+"""Video and picture files: mp4, gif and png."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ try:
     import imageio_ffmpeg
     import PIL.Image
 except ImportError as error:
-    raise MissingExtra("moviepy", "render") from error  # brings both
+    raise MissingExtra("moviepy", "render") from error  # the extra with both packages
 
 INCOMPLETE = "the film is not complete; is there enough space?"
 Image = npt.NDArray[np.uint8]  # (height, width, 3), with even sides
-PLAIN = PIL.Image.Dither.NONE  # dithering would flicker, and fill the file
+PLAIN = PIL.Image.Dither.NONE  # dithering flickers and increases the size
 
 
 class Film(Protocol):
-    """A file to which pictures are added one by one."""
+    """A video file, written frame by frame."""
 
     def add(self, image: Image) -> None:
         """Add the next picture."""
@@ -33,11 +33,11 @@ class Film(Protocol):
         """Finish the file."""
 
     def check(self) -> None:
-        """Raise an OSError if the file, when closed, is not whole."""
+        """Raise an OSError if the closed file is incomplete."""
 
 
 class Mp4:
-    """A film in H.264, which every browser plays."""
+    """H.264 video, playable in every browser."""
 
     def __init__(self, path: Path, pictures_per_s: float) -> None:
         self._path, self._pictures_per_s = str(path), pictures_per_s
@@ -53,8 +53,8 @@ class Mp4:
                 (width, height),
                 fps=self._pictures_per_s,
                 quality=8,
-                output_params=["-f", "mp4"],  # whatever the path's ending
-                ffmpeg_log_level="quiet",  # what it says of a full disk is not for users
+                output_params=["-f", "mp4"],  # for any suffix
+                ffmpeg_log_level="quiet",  # its message about a full disk is not for users
             )
             self._writer.send(None)
         try:
@@ -64,12 +64,12 @@ class Mp4:
         self._added += 1
 
     def close(self) -> None:
-        """Finish the file, if there is anything in it."""
+        """Finish the file, if it has any frame."""
         if self._writer is not None:
             self._writer.close()
 
     def check(self) -> None:
-        """Raise an OSError if not all pictures are in the file; ffmpeg does not tell by itself."""
+        """Raise an OSError if frames are missing; ffmpeg does not report this itself."""
         try:
             found, _ = imageio_ffmpeg.count_frames_and_secs(self._path)
         except RuntimeError as error:
@@ -90,7 +90,7 @@ class Gif:
     def __init__(self, path: Path, pictures_per_s: float, colors: Image | None = None) -> None:
         self._path, self._duration_ms = path, 1000.0 / pictures_per_s
         self._palette = None if colors is None else _palette_of(PIL.Image.fromarray(colors))
-        self._packed: list[io.BytesIO] = []  # plain pictures would fill the memory
+        self._packed: list[io.BytesIO] = []  # uncompressed frames would fill the memory
 
     def add(self, image: Image) -> None:
         """Add the next picture."""
@@ -100,11 +100,11 @@ class Gif:
         picture.quantize(palette=self._palette, dither=PLAIN).save(self._packed[-1], "PNG")
 
     def close(self) -> None:
-        """Write the file, if there is anything to write."""
+        """Write the file, if it has any frame."""
         pictures = (PIL.Image.open(packed) for packed in self._packed)
         if (first := next(pictures, None)) is not None:
             options = {"save_all": True, "duration": self._duration_ms, "loop": 0}
-            content = io.BytesIO()  # PIL has no reason for a file that it cannot write
+            content = io.BytesIO()  # PIL gives no reason for a file that it cannot write
             first.save(content, "GIF", append_images=pictures, **options)
             self._path.write_bytes(content.getvalue())
 
@@ -117,7 +117,7 @@ def _palette_of(picture: PIL.Image.Image) -> PIL.Image.Image:
 
 
 def save_picture(path: Path, image: Image) -> None:
-    """Write a picture as png, whatever the path's ending."""
+    """Write a picture as png, for any suffix."""
     content = io.BytesIO()
     PIL.Image.fromarray(image).save(content, "PNG", optimize=True)
     path.write_bytes(content.getvalue())

@@ -1,4 +1,4 @@
-"""A policy at work, in a window or on file: what ``hazbot watch`` does."""
+"""Viewer of a policy in a window or on file, for ``hazbot watch``."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ from hazbot_gym.viewer.sinks import (
 )
 from hazbot_gym.viewer.video import Image
 
-SLOWEST, FASTEST = 0.01, 100.0  # times as fast as in reality
-# Metrics that are printed of each episode, and how.
+SLOWEST, FASTEST = 0.01, 100.0  # playback speed relative to real time
+# Metrics printed per episode, and their format.
 COLUMNS = {
     "seed": "d",
     "outcome": "s",
@@ -49,16 +49,16 @@ COLUMNS = {
 
 
 class Show(NamedTuple):
-    """What is watched; the same arguments meet the same episodes in ``hazbot eval``.
+    """Arguments of a viewing; equal arguments give the same episodes as ``hazbot eval``.
 
     Attributes:
         policy: Built-in name with options, or ``module:attribute``.
-        env_id: Of a hazbot_gym environment.
-        episodes: How many.
+        env_id: Id of a hazbot_gym environment.
+        episodes: Number of episodes.
         seed: Root of the seeds of all episodes.
         overrides: Config values that differ from the environment's own.
-        speed: Times as fast as in reality.
-        allow_pickle: Whether a ``learned`` zip may run the code that is in it.
+        speed: Playback speed relative to real time.
+        allow_pickle: Whether a ``learned`` zip may execute its pickled code.
     """
 
     policy: str
@@ -71,20 +71,20 @@ class Show(NamedTuple):
 
 
 class Watched(gymnasium.Wrapper[Any, Any, Any, Any]):
-    """An environment with somebody looking on."""
+    """Environment wrapper that feeds a sink."""
 
     def __init__(self, env: gymnasium.Env[Any, Any], screen: Screen) -> None:
         super().__init__(env)
         self._screen = screen
 
     def reset(self, **options: Any) -> tuple[Any, dict[str, Any]]:
-        """Reset, and let the screen see it."""
+        """Reset, and show the instant."""
         observation, info = self.env.reset(**options)
         self._screen.see(self._paint, info["time_s"], is_last=False)
         return observation, info
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-        """Step, and let the screen see it."""
+        """Step, and show the instant."""
         observation, reward, terminated, truncated, info = self.env.step(action)
         is_last = terminated or truncated
         self._screen.see(self._paint, info["time_s"], is_last=is_last)
@@ -95,13 +95,12 @@ class Watched(gymnasium.Wrapper[Any, Any, Any, Any]):
 
 
 def watch_live(show: Show) -> list[Row]:
-    """Show a policy in a window until its episodes are over or the user stops it.
+    """Show a policy in a window until its episodes end or the user stops it.
 
-    Returns:
-        One row of metrics for each episode that went to its end.
+    Returns: One row of metrics for each completed episode.
 
     Raises:
-        InvalidInput: something given cannot be used, or there is no display.
+        InvalidInput: an argument is not usable, or there is no display.
     """
     env, rate = _make(show)
     with closing(LiveScreen(f"{show.policy} in {show.env_id}", rate)) as screen:
@@ -111,19 +110,19 @@ def watch_live(show: Show) -> list[Row]:
 def save(
     show: Show, path: Path, *, at_s: float | None = None, is_replacing: bool = False
 ) -> list[Row]:
-    """Save a policy's episodes as a film, or a picture of one; the file is whole or absent.
+    """Save a policy's episodes as a video, or a picture; the file is complete or absent.
 
     Args:
-        show: What is watched.
+        show: Policy, environment and episodes.
         path: Ends in ``.mp4``, ``.gif`` or ``.png``.
-        at_s: Time of the picture in the episode; its end if None.
-        is_replacing: Whether a file of this name may be replaced.
+        at_s: Episode time of the picture; the end if None.
+        is_replacing: Whether to replace an existing file.
 
     Returns:
         One row of metrics for each episode.
 
     Raises:
-        InvalidInput: something given cannot be used.
+        InvalidInput: an argument is not usable.
     """
     _check_file(show, path, at_s, is_replacing)
     env, rate = _make(show)
@@ -144,7 +143,7 @@ def save(
 
 
 def table(rows: list[Row]) -> FittedTable:
-    """Return a line for each episode."""
+    """Return a table with one row per episode."""
     result = FittedTable(box=None, pad_edge=False)
     for name in COLUMNS:
         result.add_column(name, justify="left" if name == "outcome" else "right")
@@ -154,7 +153,7 @@ def table(rows: list[Row]) -> FittedTable:
 
 
 def _make(show: Show) -> tuple[gymnasium.Env[Any, Any], float]:
-    """Return the environment, and how many of its pictures pass in a second."""
+    """Return the environment, and its frame rate."""
     check_counts(show.episodes, show.seed)
     if not SLOWEST <= show.speed <= FASTEST:
         raise InvalidInput(f"speed: given {show.speed}, allowed is {SLOWEST} to {FASTEST}")

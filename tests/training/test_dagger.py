@@ -1,4 +1,4 @@
-"""Imitation in rounds: who drives, what is remembered, and that the pupil misses less and less."""
+"""DAgger: who drives in each round, what is kept, and that the student's error decreases."""
 
 from __future__ import annotations
 
@@ -60,9 +60,9 @@ def shares(beta: float, rounds: int) -> list[float]:
     found = []
     for model._n_updates in range(rounds):
         model.env.told.clear()
-        lessons = model._drive(callback, np.random.default_rng(0))
+        demonstrations = model._drive(callback, np.random.default_rng(0))
         told = np.concatenate(model.env.told)
-        found.append(float((told == lessons.actions.numpy()).mean()))
+        found.append(float((told == demonstrations.actions.numpy()).mean()))
     return found
 
 
@@ -75,7 +75,7 @@ def test_the_teacher_drives_less_and_less() -> None:
 
 
 @pytest.mark.parametrize("algorithm", ["bc", "dagger"])
-def test_the_pupil_misses_less_and_less(algorithm: str, tmp_path: Path) -> None:
+def test_the_student_misses_less_and_less(algorithm: str, tmp_path: Path) -> None:
     result = train(run(algorithm=algorithm), tmp_path / "run")
     curves = EventAccumulator(str(tmp_path / "run" / "tensorboard")).Reload()
     misses = [event.value for event in curves.Scalars("imitation/miss")]

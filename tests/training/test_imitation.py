@@ -47,17 +47,17 @@ def test_an_answer_that_is_clipped_to_the_teachers_is_no_miss() -> None:
 
 
 @pytest.mark.parametrize("is_timed", [False, True])
-def test_the_pupil_does_what_the_teacher_does(tmp_path: Path, *, is_timed: bool) -> None:
+def test_the_student_does_what_the_teacher_does(tmp_path: Path, *, is_timed: bool) -> None:
     shaping = "free_drive" if is_timed else "none"
     config = quick(timed_critic=is_timed, shaping=shaping)
     result = train(config, tmp_path / "run")
-    pupil, teacher = policies.make(f"learned:{result.policy}"), policies.make("fuzzy_expert")
+    student, teacher = policies.make(f"learned:{result.policy}"), policies.make("fuzzy_expert")
     envs = CorridorVectorEnv(64, config.environments()[0])
     observations, _ = envs.reset(seed=5)
     misses, scale = [], []
     for _ in range(60):
         wanted, _ = teacher.predict(observations)
-        misses.append(np.abs(pupil.predict(observations)[0] - wanted).mean())
+        misses.append(np.abs(student.predict(observations)[0] - wanted).mean())
         scale.append(np.abs(wanted.mean() - wanted).mean())
         observations, *_ = envs.step(wanted)
     assert np.mean(misses) < 0.3 * np.mean(scale)

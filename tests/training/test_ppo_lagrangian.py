@@ -1,4 +1,4 @@
-"""The price of cost: how it moves by hand, that it is paid, and that it moves the policy."""
+"""Tests of the Lagrange multiplier: its update, the penalized rewards, the effect on the policy."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.training import run as training
 from hazbot_gym.training.config import Lagrangian, TrainConfig, load_training
-from hazbot_gym.training.ppo_lagrangian import Price, PricedEnvs, moved
+from hazbot_gym.training.ppo_lagrangian import MultiplierState, PenalizedEnvs, updated
 from hazbot_gym.training.run import train
 from hazbot_gym.training.validation import merit
 from hazbot_gym.training.vec_envs import make_envs
@@ -33,32 +33,32 @@ def run(limit: float, start: float, **changes: Any) -> TrainConfig:
     return load_training(None, **{**RUN, "lagrangian": lagrangian, **changes})
 
 
-def test_the_price_rises_with_the_excess_and_falls_to_nothing_below_the_limit() -> None:
+def test_the_multiplier_rises_with_the_excess_and_falls_to_nothing_below_the_limit() -> None:
     rule = Lagrangian(limit=2.0, rate=0.5)
-    assert moved(Price(1.0, 1.0), 3.0, rule) == Price(1.5, 1.5, 3.0)
-    assert moved(Price(1.0, 1.0), 1.0, rule) == Price(0.5, 0.5, 1.0)
-    assert moved(Price(0.25, 0.25), 1.0, rule) == Price(0.0, 0.0, 1.0)
+    assert updated(MultiplierState(1.0, 1.0), 3.0, rule) == MultiplierState(1.5, 1.5, 3.0)
+    assert updated(MultiplierState(1.0, 1.0), 1.0, rule) == MultiplierState(0.5, 0.5, 1.0)
+    assert updated(MultiplierState(0.25, 0.25), 1.0, rule) == MultiplierState(0.0, 0.0, 1.0)
 
 
 def test_as_a_controller_it_also_answers_the_excess_itself_and_growth_but_no_fall() -> None:
     rule = Lagrangian(limit=2.0, rate=0.5, proportional=4.0, derivative=8.0)
-    grown = moved(Price(1.0, 1.0, 2.5), 3.0, rule)
-    assert grown == Price(1.5 + 4.0 * 1.0 + 8.0 * 0.5, 1.5, 3.0)
-    assert moved(grown, 2.5, rule) == Price(1.75 + 4.0 * 0.5, 1.75, 2.5)
-    assert moved(Price(1.0, 1.0, math.inf), 3.0, rule).multiplier == 1.5 + 4.0
+    grown = updated(MultiplierState(1.0, 1.0, 2.5), 3.0, rule)
+    assert grown == MultiplierState(1.5 + 4.0 * 1.0 + 8.0 * 0.5, 1.5, 3.0)
+    assert updated(grown, 2.5, rule) == MultiplierState(1.75 + 4.0 * 0.5, 1.75, 2.5)
+    assert updated(MultiplierState(1.0, 1.0, math.inf), 3.0, rule).multiplier == 1.5 + 4.0
 
 
 @pytest.mark.parametrize("engine", ["batched", "pymunk"])
-def test_each_cost_is_charged_at_the_price(engine: str) -> None:
+def test_each_cost_is_charged_at_the_multiplier(engine: str) -> None:
     config = TrainConfig(worlds=4, overrides=LIVELY, engine=engine, reward_scale=0.1)  # type: ignore[arg-type]
-    free, priced = make_envs(config), PricedEnvs(make_envs(config), 3.0)
-    for envs in (free, priced):
+    free, penalized = make_envs(config), PenalizedEnvs(make_envs(config), 3.0)
+    for envs in (free, penalized):
         envs.seed(2)
         envs.reset()
     charged = 0.0
     for _ in range(120):
         action = np.ones((4, 1), np.float32)
-        (_, rewards, _, infos), (_, less, *_) = free.step(action), priced.step(action)
+        (_, rewards, _, infos), (_, less, *_) = free.step(action), penalized.step(action)
         costs = np.array([info["cost"] for info in infos])
         assert less == pytest.approx(rewards - 0.1 * 3.0 * costs, abs=1e-5)
         charged += costs.sum()
@@ -66,16 +66,16 @@ def test_each_cost_is_charged_at_the_price(engine: str) -> None:
 
 
 @pytest.mark.parametrize(("limit", "start", "is_rising"), [(0.0, 0.0, True), (1e3, 4.0, False)])
-def test_a_run_finds_its_price(
+def test_a_run_finds_its_multiplier(
     limit: float, start: float, tmp_path: Path, *, is_rising: bool
 ) -> None:
     model: Any = train(run(limit, start), tmp_path / "run").model
-    price = Price(*model.price)
-    assert (price.multiplier > 1.0) if is_rising else (price.multiplier == 0.0)
-    assert 0.0 < price.cost < 100.0
+    multiplier = MultiplierState(*model.multiplier)
+    assert (multiplier.multiplier > 1.0) if is_rising else (multiplier.multiplier == 0.0)
+    assert 0.0 < multiplier.cost < 100.0
 
 
-def test_a_high_price_makes_a_cheaper_policy(tmp_path: Path) -> None:
+def test_a_high_multiplier_makes_a_cheaper_policy(tmp_path: Path) -> None:
     learning = {"steps": 16_384, "learning_rate": 3e-3}
     validation = {"every_steps": 16_384, "episodes": 32}
     cheap, dear = (
@@ -88,13 +88,15 @@ def test_a_high_price_makes_a_cheaper_policy(tmp_path: Path) -> None:
 def test_a_critic_that_is_taught_first_expects_to_pay(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    prices: list[float] = []
-    monkeypatch.setattr(training, "imitate", lambda _, envs, *__: prices.append(envs.multiplier))
+    multipliers: list[float] = []
+    monkeypatch.setattr(
+        training, "imitate", lambda _, envs, *__: multipliers.append(envs.multiplier)
+    )
     train(run(1.0, 2.5, imitation={}, steps=512), tmp_path / "run")
-    assert prices == [2.5]
+    assert multipliers == [2.5]
 
 
-def test_the_price_is_shown(tmp_path: Path) -> None:
+def test_the_multiplier_is_shown(tmp_path: Path) -> None:
     from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
     train(run(0.0, 0.0), tmp_path)
