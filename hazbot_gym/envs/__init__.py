@@ -1,1 +1,1 @@
-"""The environments, their names, and their pictures."""
+"""Gymnasium environments, their registration, and rendering."""

@@ -1,4 +1,4 @@
-"""The actions and reset options that both engines are given, checked before anything changes."""
+"""Validation of actions and reset options, shared by both engines."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def array_of(actions: Any, name: str) -> npt.NDArray[Any]:
     """Return actions as an array.
 
     Raises:
-        InvalidInput: They are no array, such as lists of different lengths.
+        InvalidInput: They do not form an array, such as lists of different lengths.
     """
     try:
         return np.asarray(actions)
@@ -26,10 +26,10 @@ def array_of(actions: Any, name: str) -> npt.NDArray[Any]:
 
 
 def options_of(options: Any, *names: str) -> Mapping[Any, Any]:
-    """Return the options of a reset, an empty mapping if there are none.
+    """Return the options of a reset, default an empty mapping.
 
     Raises:
-        InvalidInput: They are no mapping, or some have other names.
+        InvalidInput: They are no mapping, or an option is unknown.
     """
     if options is None:
         return {}

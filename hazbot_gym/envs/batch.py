@@ -1,7 +1,7 @@
-"""One decision of many worlds: physics, senses, reward and resets in a single compiled kernel.
+"""Batched step kernel: physics, sensors, reward and resets of many worlds.
 
 Composes the formulas of ``sim`` and ``task`` for arrays of worlds, as ``envs/corridor.py`` does for
-one world on pymunk. Nothing here allocates, and no world knows of another.
+one world on pymunk. Nothing here allocates, and worlds are independent.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ Observations = npt.NDArray[np.float32]
 
 
 class Episodes(NamedTuple):
-    """Where each world stands in its sequence of episodes."""
+    """Episode bookkeeping of each world."""
 
     keys: npt.NDArray[np.uint64]  # (N, KEYS_AHEAD) keys of the next episodes
-    used: npt.NDArray[np.int64]  # (N,) how many of them are used up
+    used: npt.NDArray[np.int64]  # (N,) number of used keys
     is_over: Bools  # (N,) the episode has ended, a reset is due
-    was_over: Bools  # (N,) the same before the last step
+    was_over: Bools  # (N,) the same flag before the last step
 
 
 class Outputs(NamedTuple):
-    """What a step leaves, one row a world."""
+    """Outputs of a step, one row per world."""
 
     observations: Observations  # (N, width)
     final_observations: Observations  # (N, width) of episodes that ended and were reset at once
@@ -55,7 +55,7 @@ class Outputs(NamedTuple):
 
 
 class Problem(NamedTuple):
-    """What is the same in all worlds, as arrays for kernels."""
+    """Parameters shared by all worlds, as arrays for kernels."""
 
     table: ScenarioTable
     mechanics: Mechanics
@@ -70,7 +70,7 @@ class Problem(NamedTuple):
 
 @scalar
 def _surroundings(problem: Problem) -> Surroundings:
-    """Return what worlds stand in."""
+    """Return the surroundings of the worlds."""
     return Surroundings(problem.table.places, problem.table.recorded)
 
 
@@ -79,7 +79,7 @@ def _surroundings(problem: Problem) -> Surroundings:
 
 @scalar
 def _look(i: int, worlds: Worlds, problem: Problem, out: Observations) -> None:
-    """Let the sensors of world i report, and write its observation."""
+    """Update the sensors of world i, and write its observation."""
     place = place_of(worlds, i, _surroundings(problem))
     p, robot, key, step = problem.sensors[0], worlds.robots[i], worlds.keys[i], worlds.steps[i]
     people, tracks, history = worlds.people[i], worlds.tracks[i], worlds.history[i]
@@ -93,7 +93,7 @@ def _look(i: int, worlds: Worlds, problem: Problem, out: Observations) -> None:
 def _reset_world(
     i: int, worlds: Worlds, episodes: Episodes, problem: Problem, outputs: Outputs, bench: Bench
 ) -> None:
-    """Start the next episode of world i; what its last step left is kept, if that was just now."""
+    """Start the next episode of world i; outputs of a step that just ended are kept."""
     if episodes.was_over[i]:
         outputs.terms[i, :] = 0.0
         outputs.rewards[i] = outputs.costs[i] = 0.0
@@ -128,7 +128,7 @@ def _reset_world(
 def _decide(
     lane: int, group: Record, command_mps: float, stops: bool, worlds: Worlds, outputs: Outputs
 ) -> None:
-    """Give a decision to the robot in a lane, and note how things stood before it."""
+    """Apply the action to the robot in a lane, and record the state before it."""
     i = group.world[lane]
     robot, decision = worlds.robots[i], outputs.decisions[i]
     decision.advance = robot.s
@@ -142,7 +142,7 @@ def _judge(
     lane: int, group: Record, worlds: Worlds, episodes: Episodes, problem: Problem,
     outputs: Outputs,
 ) -> None:  # fmt: skip
-    """Work out what came of the decision in a lane, and what the sensors report after it."""
+    """Compute outcome and reward of the decision in a lane, and update the sensors."""
     i = group.world[lane]
     robot, decision, people = worlds.robots[i], outputs.decisions[i], worlds.people[i]
     path = place_of(worlds, i, _surroundings(problem)).path
@@ -163,7 +163,7 @@ def _judge(
 
 @scalar
 def _reflex(i: int, worlds: Worlds, reflex_stop_m: float) -> bool:
-    """Tell whether something is so near in front that the robot stops by itself."""
+    """Return True if an obstacle ahead triggers the reflex stop."""
     is_near: bool = min(worlds.ranges[i, 0], worlds.ranges[i, 1]) < reflex_stop_m
     return is_near
 
@@ -188,9 +188,9 @@ def run_worlds(
 ) -> None:
     """Step or reset those of the worlds ``first`` to ``last - 1`` that are in the mask.
 
-    A world whose episode is over is reset, the others take a decision; with SAME_STEP a world is
-    reset as soon as its episode ends. One kernel does both: each would take as long to compile.
-    ``group`` and ``bench`` are there to work in; each thread needs its own.
+    A world with an ended episode is reset, the others take a step; with SAME_STEP a world is reset
+    as soon as its episode ends. One kernel does both to halve the compile time. ``group`` and
+    ``bench`` are there to work in; each thread needs its own.
     """
     lanes, i = group[0], first
     while i < last:

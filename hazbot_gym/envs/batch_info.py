@@ -1,8 +1,8 @@
-"""What a batched step tells besides: Gymnasium's ``info``, arrays of N with a mask beside each.
+"""Gymnasium's ``info`` of a batched step: arrays of N, each with a mask.
 
 The keys are those of a single environment's ``info``, the same after every reset and step, and the
-mask ``_key`` says which worlds are told of. In the autoreset mode SAME_STEP a world whose episode
-has ended tells what a reset tells, and the end of the old episode under ``final_info``.
+mask ``_key`` selects the reported worlds. In the autoreset mode SAME_STEP, a world with an ended
+episode reports the info of its reset, and the end of the old episode under ``final_info``.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ _OUTCOMES, _CAUSES = np.array(OUTCOME_NAMES, object), np.array(CAUSE_NAMES, obje
 
 
 class Scenarios(NamedTuple):
-    """The scenario that each world meets, one entry a world."""
+    """Scenario labels, one entry per world."""
 
     keys: npt.NDArray[np.int64]
     places: Names
     times_free_s: Floats
 
     def replaced(self, other: Scenarios, where: Bools) -> Scenarios:
-        """Return new arrays, with those of others in some worlds."""
+        """Return copies with some worlds replaced from others."""
         columns = zip(self, other, strict=True)
         return Scenarios(*(np.where(where, theirs, mine) for mine, theirs in columns))
 
@@ -39,7 +39,7 @@ class Scenarios(NamedTuple):
 def world_info(
     outputs: Outputs, scenarios: Scenarios, decision_s: float, *, told: Bools, fresh: Bools
 ) -> Info:
-    """Return the infos of the worlds told of; fresh ones have been reset and did nothing yet."""
+    """Return the infos of the reported worlds; fresh worlds have just been reset."""
     decisions = outputs.decisions
     outcomes, causes = decisions["outcome"].copy(), decisions["cause"].copy()
     outcomes[fresh], causes[fresh] = RUNNING, NOBODY
@@ -65,20 +65,20 @@ def world_info(
 
 
 def final_info(outputs: Outputs, scenarios: Scenarios, decision_s: float, ended: Bools) -> Info:
-    """Return the last observations and infos of episodes that ended and were reset at once."""
+    """Return the last observations and infos of ended episodes (SAME_STEP)."""
     observations = np.full(len(ended), None, object)
     for i in np.flatnonzero(ended):
-        observations[i] = outputs.final_observations[i].copy()  # each an array of its own
+        observations[i] = outputs.final_observations[i].copy()  # one array each
     last = world_info(outputs, scenarios, decision_s, told=ended, fresh=np.zeros_like(ended))
     return masked(ended, final_obs=observations, final_info=last)
 
 
 def masked(mask: Bools, **values: Any) -> Info:
-    """Return values by name, and beside each a copy of the mask of those worlds that have it."""
+    """Return values by name, each with a copy of its mask of worlds."""
     return {**values, **{f"_{name}": mask.copy() for name in values}}
 
 
 def _where(told: Bools, values: Names) -> Names:
-    """Return values in the worlds that are told of, and None in the others."""
+    """Return values of the reported worlds, and None for the others."""
     values[~told] = None
     return values

@@ -1,4 +1,4 @@
-"""What may be given to a batch of worlds, checked as a whole before anything changes."""
+"""Validation of the inputs of a batch, as a whole before anything changes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def count_of(given: Any, name: str) -> int:
 
 
 def autoreset_mode_of(given: AutoresetMode | str) -> AutoresetMode:
-    """Return the mode that is meant."""
+    """Return the autoreset mode."""
     try:
         return AutoresetMode(given)
     except ValueError as error:
@@ -62,7 +62,7 @@ def _wrong(values: Any, allowed: str) -> InvalidInput:
 
 
 def reset_options_of(options: Any, worlds: int) -> tuple[Bools, list[int | None]]:
-    """Return which worlds are to be reset, and the scenario key asked for in each, if any."""
+    """Return a mask of worlds to reset, and the requested scenario keys, if any."""
     options = options_of(options, "key", "reset_mask")
     mask = np.ones(worlds, np.bool_)
     if "reset_mask" in options:
@@ -73,7 +73,7 @@ def reset_options_of(options: Any, worlds: int) -> tuple[Bools, list[int | None]
 
 
 def _keys_of(given: Any, worlds: int) -> list[int | None]:
-    """Return one scenario key for each world: one number for all, or a list, None for none."""
+    """Return one scenario key per world, from a number or a list; None for a random key."""
     is_listed = isinstance(given, list | tuple | np.ndarray)
     keys = list(given) if is_listed else [given] * worlds
     if len(keys) != worlds:
@@ -90,7 +90,7 @@ def mask_of(given: Any, worlds: int, name: str) -> Bools:
 
 
 def seeds_of(given: Seeds, worlds: int) -> list[int | None]:
-    """Return one seed for each world: a number counts up, None leaves generators as they are."""
+    """Return one seed for each world: a number counts up, None keeps the generators."""
     if given is None:
         return [None] * worlds
     if isinstance(given, int | np.integer) and not isinstance(given, bool):
@@ -104,5 +104,5 @@ def seeds_of(given: Seeds, worlds: int) -> list[int | None]:
 
 
 def generator_of(seed: int | None) -> tuple[np.random.Generator, int]:
-    """Return the generator that ``CorridorEnv`` has after ``reset(seed=seed)``, and its seed."""
+    """Return the generator of ``CorridorEnv`` after ``reset(seed=seed)``, and its seed."""
     return np_random(seed)

@@ -1,6 +1,6 @@
-"""Pictures of a batch of worlds: as a single environment shows itself, one for each world.
+"""Rendering of a batch of worlds: one picture per world, as of a single environment.
 
-A step only notes a few numbers of each world; nothing is drawn before a picture is asked for.
+A step only records a few numbers per world; drawing is deferred to a request.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class BatchViewer:
-    """Remembers of every world what its state does not tell, and draws pictures."""
+    """Renderer of a batch, with the history that worlds do not store."""
 
     def __init__(self, mode: str, config: Config, worlds: int, table: PlaceTable) -> None:
         if mode != "rgb_array":
@@ -37,7 +37,7 @@ class BatchViewer:
         self._config, self._weights = config, np.array(config.reward)
         self._table, self._places = table, dict[int, Place]()
         self._trails: deque[Floats] = deque(maxlen=TRAIL_STEPS + 1)  # (N, 2) at each instant
-        self._instants = np.zeros(worlds, np.int64)  # of the episode that runs
+        self._instants = np.zeros(worlds, np.int64)  # of the running episode
         self._driven = np.zeros((worlds, 2))  # speed and yaw rate when the robot last moved
         self._terms = np.zeros((worlds, len(TERMS)))  # weighted, of the last decision
         self._returns = np.zeros(worlds)
@@ -45,7 +45,7 @@ class BatchViewer:
         self._painter: Painter | None = None
 
     def see(self, worlds: Worlds, outputs: Outputs, mask: Bools, fresh: Bools) -> None:
-        """Note how things stand after a reset or step of the worlds in a mask; some are reset."""
+        """Record the state after a reset or step of the worlds in a mask."""
         robots, stepped = worlds.robots, mask & ~fresh
         self._trails.append(np.stack([robots["x"], robots["y"]], axis=1))
         self._instants = np.where(fresh, 1, self._instants + 1)
@@ -71,7 +71,7 @@ class BatchViewer:
         return tuple(self._painter.paint(self._frame(i, worlds, float(time_s[i]))) for i in which)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what is copied or pickled: everything but paint."""
+        """Return the picklable state, without the painter."""
         return {**self.__dict__, "_painter": None}
 
     def _frame(self, i: int, worlds: Worlds, time_s: float) -> Frame:
@@ -93,7 +93,7 @@ class BatchViewer:
         )
 
     def _place(self, index: int) -> Place:
-        """Return a place, always the same object, by which the painter knows it again."""
+        """Return a place, always the same object, as the painter's cache key."""
         if index not in self._places:
             self._places[index] = place_at(self._table, index)
         return self._places[index]

@@ -1,6 +1,6 @@
-"""A surface to draw on, in metres of the place or in pixels of the picture.
+"""Drawing surface, in metres of the place or in pixels of the picture.
 
-Drawn at twice the size and scaled down, which smooths every edge; no display is needed.
+It is drawn at twice the size and scaled down for antialiasing; no display is needed.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ try:
 except ImportError as error:
     raise MissingExtra("pygame-ce", "render") from error
 
-Color = tuple[int, ...]  # red, green, blue, and how opaque it is, 0 to 255
+Color = tuple[int, ...]  # red, green, blue, opacity, 0 to 255
 Image = npt.NDArray[np.uint8]  # (height, width, 3)
 
-SMOOTHING = 2  # drawn this much larger, then scaled down
+SMOOTHING = 2  # supersampling factor
 TEXT_PX = 19
 
-# Patterns are told apart by colours of Okabe and Ito (2008), their purple darkened; the test
-# measures that colour-blind people see them differ.
+# Pattern colours of Okabe and Ito (2008), purple darkened; a test measures their distance for
+# colour-blind vision.
 FLOOR: Color = (253, 253, 251)
 OUTSIDE: Color = (229, 232, 236)
 INK: Color = (55, 62, 73)
@@ -41,11 +41,11 @@ ROBOT: Color = (0, 114, 178)
 ECHO: Color = (86, 180, 233)
 SPACE: Color = (206, 96, 72)
 PEOPLE: tuple[Color, ...] = ((230, 159, 0), (0, 158, 115), (170, 51, 119), (213, 94, 0))
-NOBODY: Color = (144, 153, 162)  # a person whose pattern is not one of the four
+NOBODY: Color = (144, 153, 162)  # a person without one of the four patterns
 
 
 class Canvas:
-    """What is seen in a view, painted over and over again.
+    """Reusable canvas of a view.
 
     Points are (n, 2) in metres; boxes and texts are placed in pixels from the upper left corner.
     """
@@ -112,11 +112,11 @@ class Canvas:
 
         Args:
             text: One line.
-            x: Where it begins, or ends with ``align=1``.
+            x: Left end, or right end with ``align=1``.
             y: Middle of the line.
-            color: Of the letters.
+            color: Text colour.
             size: Height of a line.
-            align: Share of the width that lies left of x.
+            align: Share of the width left of x.
         """
         if size not in self._fonts:
             self._fonts[size] = pygame.font.Font(None, SMOOTHING * size)
@@ -128,12 +128,12 @@ class Canvas:
     # --- the whole -------------------------------------------------------------------------------
 
     def fill(self, color: Color) -> None:
-        """Paint over everything."""
+        """Fill the whole canvas."""
         self._target.fill(color)
 
     @contextmanager
     def layer(self) -> Iterator[None]:
-        """Draw into a transparent layer, where later shapes replace earlier ones, and lay it on."""
+        """Draw into a transparent layer without blending between shapes, then composite it."""
         self._layer.fill((0, 0, 0, 0))
         self._target = self._layer
         yield
@@ -141,11 +141,11 @@ class Canvas:
         self._surface.blit(self._layer, (0, 0))
 
     def cover(self, other: Canvas) -> None:
-        """Lay another canvas of the same size over this one, where that is not transparent."""
+        """Composite another canvas of the same size over this one."""
         self._surface.blit(other._surface, (0, 0))
 
     def cut_out(self, x_m: float, y_m: float) -> None:
-        """Make transparent what can be reached from a point without leaving its colour."""
+        """Make the connected area of one colour around a point transparent (flood fill)."""
         column, row = (int(value) for value in self._at(np.array([x_m, y_m])))
         if not self._surface.get_rect().collidepoint(column, row):
             return
@@ -159,7 +159,7 @@ class Canvas:
         )
 
     def image(self) -> Image:
-        """Return what has been drawn, at its final size."""
+        """Return the image at its final size."""
         small = pygame.transform.smoothscale(self._surface, (self.view.width, self.view.height))
         pixels = np.frombuffer(pygame.image.tobytes(small, "RGB"), np.uint8)
         return pixels.reshape(self.view.height, self.view.width, 3)
@@ -177,7 +177,7 @@ class Canvas:
 
 
 def mixed(color: Color, other: Color, share: float) -> Color:
-    """Return a share of a colour, mixed with another."""
+    """Return a mix of two colours."""
     return tuple(round(share * a + (1.0 - share) * b) for a, b in zip(color, other, strict=True))
 
 
@@ -192,7 +192,7 @@ def dark(color: Color) -> Color:
 
 
 def turned(shape: Floats, x_m: float, y_m: float, heading_rad: float) -> Floats:
-    """Return a shape (n, 2), given facing +x at the origin, where it stands and faces."""
+    """Rotate and translate a shape (n, 2) given at the origin, facing +x."""
     cos, sin = math.cos(heading_rad), math.sin(heading_rad)
     stood: Floats = shape @ np.array([[cos, sin], [-sin, cos]]) + np.array([x_m, y_m])
     return stood

@@ -1,4 +1,4 @@
-"""The environment: a thin composition of scenario, world, sensors, observation and reward."""
+"""CorridorEnv: composition of scenario, world, sensors, observation and reward."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ from hazbot_gym.task.scenario import Source
 from hazbot_gym.utils.whole_number import whole_number
 
 SPEED_LEVELS = (0.0, 0.25, 0.5, 0.75, 1.0)  # the paper's stop, 25, 50, 75, 100 %
-ACTION_ROUNDING = 1e-6  # by which an action may exceed its bounds, as float32 arithmetic does
+ACTION_ROUNDING = 1e-6  # float32 tolerance of action bounds
 
 
 class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
@@ -48,44 +48,45 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
     ## Description
 
     A wheeled robot (radius 0.30 m, 34 kg, two driven wheels and a castor) inspects along a given
-    path. A tracking controller steers; the agent only chooses how fast to go, ten times a second.
-    People walk in the same place: they cross, come the other way, walk ahead, or come straight at
-    the robot. The robot should arrive soon, keep out of people's personal space while it moves, and
-    not stand in their way. The system is that of Gao et al. 2022 (Chinese Journal of Mechanical
-    Engineering), corrected.
+    path. A tracking controller steers; the agent only chooses the speed, ten times per second.
+    People walk in the same place: they cross, pass in the opposite direction, walk ahead, or walk
+    straight at the robot. The robot should arrive soon, keep out of people's personal space while
+    it moves, and not block their way. The system follows Gao et al. 2022 (Chinese Journal of
+    Mechanical Engineering), with corrections.
 
     ## Action Space
 
     ``Box(-1, 1, (1,), float32)``: commanded speed, -1 is stop and +1 the nominal 0.5 m/s. With
     ``action_type="discrete"``: ``Discrete(5)``, the paper's stop, 25, 50, 75 and 100 %.
 
-    Actions within 1e-6 of the bounds are clipped to them; NaN and anything further out is refused.
-    ``gymnasium.wrappers.ClipAction`` clips the actions of a policy that has no bounds of its own,
-    ``RescaleAction`` takes another range; ``gymnasium.wrappers.vector`` has both for batches.
+    Actions within 1e-6 of the bounds are clipped to them; NaN and values further out raise
+    ``InvalidInput``. ``gymnasium.wrappers.ClipAction`` clips the actions of an unbounded policy,
+    ``RescaleAction`` changes the range; ``gymnasium.wrappers.vector`` has both for batches.
 
     ## Observation Space
 
     ``Box`` of float32. Values are divided by the scale in the unit column. The tier ``sonar`` has
-    only the fields that do not begin with ``person``.
+    only the fields without the prefix ``person``.
 
     {observation_table}
 
     ## Transition Dynamics
 
     The command passes a slew limit (+0.5, -1.0 m/s^2); a reference point moves along the path at
-    that speed; the tracking law (12c) and fuzzy-PID wheel loops at 100 Hz follow it on motors that
-    do not match. People choose their velocity every 0.05 s by social forces. Contacts are pymunk's.
+    that speed; the tracking law (12c) and fuzzy-PID wheel loops at 100 Hz follow it on mismatched
+    motors. People update their velocity every 0.05 s by social forces. Contacts are detected by
+    pymunk.
 
     ## Reward
 
     A weighted sum of the terms in ``info["reward_terms"]`` (``task/reward.py``); the weights are
     ``config.reward``. ``info["cost"]`` is the safety cost for constrained learning: the intrusion
-    term, plus 1 for a contact that the robot caused.
+    term, plus 1 for a robot-caused contact.
 
     ## Starting State
 
-    The robot is at rest at the start of its path. People are drawn so that they are met on the way;
-    the draw is a pure function of a key that ``reset(seed=...)`` takes from ``np_random``.
+    The robot is at rest at the start of its path. People are sampled such that they meet the robot;
+    the sample is a pure function of a key that ``reset(seed=...)`` draws from ``np_random``.
 
     ## Episode End
 
@@ -93,14 +94,14 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
     ``max_episode_steps``. ``info["outcome"]`` is ``running`` until then, and ``arrived``,
     ``contact_person``, ``contact_wall`` or ``timeout`` at the end. With a contact,
     ``info["contact_caused_by"]`` is ``robot`` or ``person`` instead of ``nobody``, and
-    ``info["contact_speed_mps"]`` is the relative speed instead of 0. The keys of ``info`` and
-    their types are the same after every reset and step.
-    The horizon is ``config.max_episode_steps``, at most 100,000, which
-    ``gymnasium.make(id, max_episode_steps=n)`` sets, too.
+    ``info["contact_speed_mps"]`` is the relative speed instead of 0. The keys of ``info`` and their
+    types are the same after every reset and step. The horizon is ``config.max_episode_steps``, at
+    most 100,000; ``gymnasium.make(id, max_episode_steps=n)`` sets it, too.
 
     ## Arguments
 
-    Fields of ``hazbot_gym.config.Config``, sections as mappings, and ``scenario`` for a named one:
+    Fields of ``hazbot_gym.config.Config``, sections as mappings, and ``scenario`` for a named
+    scenario:
 
     >>> import gymnasium, hazbot_gym
     >>> env = gymnasium.make("hazbot_gym/Corridor-v0", tier="sonar", people={{"count": [4, 4]}})
@@ -154,7 +155,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[npt.NDArray[np.float32], dict[str, Any]]:
-        """Start an episode; ``options={"key": k}`` asks for the scenario of that key."""
+        """Start an episode; ``options={"key": k}`` selects the scenario of that key."""
         asked = _requested_key(options)
         super().reset(seed=None if seed is None else whole_number(seed, "seed", 0))
         key = int(self.np_random.integers(2**63))
@@ -176,7 +177,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
     def step(
         self, action: Any
     ) -> tuple[npt.NDArray[np.float32], SupportsFloat, bool, bool, dict[str, Any]]:
-        """Drive for one decision period at the speed that the action asks for."""
+        """Drive for one decision period at the commanded speed."""
         if self._is_over:
             raise InvalidInput("step: the episode is over, call reset first")
         outcome = self._decide(self._command(action), stops=self._reflex())
@@ -188,15 +189,15 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         return observation, reward, is_terminated, outcome == TIMEOUT, self._info()
 
     def render(self) -> npt.NDArray[np.uint8] | None:
-        """Return a picture (H, W, 3) in the mode "rgb_array"; "human" shows it by itself."""
+        """Return a picture (H, W, 3) in the mode "rgb_array"; "human" shows it automatically."""
         return self._viewer.picture()
 
     def close(self) -> None:
-        """Close the window of the mode "human"; closing twice does no harm."""
+        """Close the window of the mode "human"; idempotent."""
         self._viewer.close()
 
     def snapshot(self) -> Snapshot:
-        """Return the true state, copied, for metrics and pictures; policies must not see it."""
+        """Return a copy of the true state, for metrics and pictures, not for policies."""
         return self._world.snapshot()
 
     # --- inside ----------------------------------------------------------------------------------
@@ -241,7 +242,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         return int(decision["outcome"][0])
 
     def _reflex(self) -> bool:
-        """Tell whether something is near in front and the reflex is on."""
+        """Return True if the reflex is enabled and an obstacle is near ahead."""
         return bool(self._ranges[: FRONT_RIGHT + 1].min() < self.config.drive.reflex_stop_m)
 
     def _observe(self) -> npt.NDArray[np.float32]:
@@ -267,8 +268,8 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
             self._viewer.see(self._world, self._ranges, patterns, self._terms, outcome)
 
     def _info(self) -> dict[str, Any]:
-        """Return what is told after every reset and step, always under the same keys."""
-        # All fields at once: one by one they take longer.
+        """Return the info of a reset or step, always with the same keys."""
+        # All fields at once, which is faster.
         *_, outcome, cause, speed_mps, _ = self._decision.item()
         return {
             "scenario_key": self._key,
@@ -283,7 +284,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         }
 
     def _free_time_s(self) -> float:
-        """Return the travel time without people; computed once for each path."""
+        """Return the travel time without people; cached per path."""
         path = self._world.place.path.tobytes()
         if path not in self._free_times:
             self._free_times[path] = self._world.free_time_s()

@@ -1,4 +1,4 @@
-"""What a picture shows, and from where: a moment of an episode and the view of its place."""
+"""Frame and View: the content of a picture and its camera."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from hazbot_gym.core.geometry import path_length, sample_path
 from hazbot_gym.core.state import ROBOT_RADIUS_M, Floats, Place, Records
 from hazbot_gym.core.ultrasonic import Ultrasonic
 
-PX_PER_M = 64.0  # the same in all pictures of small places, so that robots are of one size
-FARTHEST_PX_PER_M = 48.0  # where this shows too little, the view follows the robot
-MARGIN_M, LEAST_MARGIN_M = 1.6, 0.8  # seen around the path: as a rule, and at the farthest
+PX_PER_M = 64.0  # fixed scale for small places, so that robots have equal size
+FARTHEST_PX_PER_M = 48.0  # below this scale, the view follows the robot
+MARGIN_M, LEAST_MARGIN_M = 1.6, 0.8  # margin around the path: default and maximum
 SMALLEST, LARGEST = (880, 416), (1152, 656)  # width and height of a scene, pixels
-MULTIPLE = 16  # of both sides of a picture; video codecs need it
+MULTIPLE = 16  # divisor of both sides; required by video codecs
 
 
 class Frame(NamedTuple):
-    """All that a picture shows.
+    """Content of a picture.
 
     Attributes:
         place: Walls and path.
         x_m: The robot's position.
         y_m: The same, other axis.
         theta_rad: Its heading.
-        people: (n,) records of type ``PERSON``; those who are not present are left out.
-        patterns: Index into ``PATTERN_NAMES`` for each person, or anything else for none of them.
+        people: (n,) records of type ``PERSON``; absent people are left out.
+        patterns: Index into ``PATTERN_NAMES`` per person; other values for no pattern.
         ranges_m: (4,) last ultrasonic readings; empty for none.
         sonar: Mounting and opening of these sensors.
         trail: (k, 2) earlier positions of the robot [m].
         radius_m: The robot's radius.
         castor_rad: Angle of the castor, positive in left turns.
         speed_mps: Actual speed.
-        command_mps: Speed that the policy asked for.
+        command_mps: Speed commanded by the policy.
         top_speed_mps: Full length of the speed bar.
         terms: Weighted reward terms of the last decision, by name.
         total_reward: Return so far.
@@ -63,7 +63,7 @@ class Frame(NamedTuple):
 
 
 class View(NamedTuple):
-    """Where the world lies in a scene: the point in its middle and the scale."""
+    """Camera of a scene: center point and scale."""
 
     x_m: float
     y_m: float
@@ -88,7 +88,7 @@ def size_of(place: Place) -> tuple[int, int]:
 
 
 def view_of(place: Place, width: int, height: int) -> View | None:
-    """Return the view of the whole path, or None where that is too far to see anything."""
+    """Return the view of the whole path, or None if the scale would be too small."""
     low, high = _extent(place)
     scale = float(min(np.array([width, height]) / (high - low + 2.0 * LEAST_MARGIN_M)))
     if scale < FARTHEST_PX_PER_M:

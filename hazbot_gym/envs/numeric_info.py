@@ -1,4 +1,4 @@
-"""Infos of numbers alone, for clients that cannot read names or nested entries, such as TorchRL."""
+"""NumericInfo: numeric, flat infos for clients such as TorchRL."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 from gymnasium.vector import VectorEnv, VectorWrapper
 
-ENDS = ("final_obs", "_final_obs", "_final_info")  # of episodes that ended, passed on as they are
+ENDS = ("final_obs", "_final_obs", "_final_info")  # of ended episodes, passed on unchanged
 
 
 class NumericInfo(VectorWrapper):  # not generic in Gymnasium 1.1
-    """Passes on what is a number in the infos of a batch, nested ones as ``reward_terms/progress``.
+    """Vector wrapper: keeps numeric infos only, nested entries as ``reward_terms/progress``.
 
-    TorchRL 0.14 reads the infos of vector environments that reset in the same step, and fails where
-    one is text or a dictionary, whatever the environment.
+    TorchRL 0.14 reads the infos of vector environments with SAME_STEP resets, and fails for text or
+    dictionaries in any environment.
 
     Example:
         >>> import gymnasium, hazbot_gym
@@ -29,7 +29,9 @@ class NumericInfo(VectorWrapper):  # not generic in Gymnasium 1.1
 
     def __init__(self, env: VectorEnv[Any, Any, Any]) -> None:
         super().__init__(env)
-        self.autoreset_mode = env.metadata["autoreset_mode"]  # TorchRL asks the outermost
+        self.autoreset_mode = env.metadata[
+            "autoreset_mode"
+        ]  # TorchRL reads it from the outermost wrapper
 
     def reset(self, **arguments: Any) -> tuple[Any, dict[str, Any]]:
         """Start new episodes."""
@@ -43,7 +45,7 @@ class NumericInfo(VectorWrapper):  # not generic in Gymnasium 1.1
 
 
 def _numbers(info: dict[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Return the arrays of numbers, flat; under ``final_info`` those of episodes that ended."""
+    """Return the numeric arrays, flattened; under ``final_info`` those of ended episodes."""
     kept: dict[str, Any] = {}
     for name, value in info.items():
         if name == "final_info":

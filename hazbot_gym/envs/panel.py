@@ -1,4 +1,4 @@
-"""The panel below a scene: time, outcome, speed, what the colours mean, and the reward by terms."""
+"""Panel below a scene: time, outcome, speed, legend, and reward terms."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SPEED_BAR_PX = 170.0
 LEGEND_PX, LEGEND_COLUMN_PX = 214.0, 132.0
 LABEL_PX, TERM_BAR_PX, VALUE_PX = 80.0, 56.0, 44.0  # parts of a column of reward terms
 TERM_COLUMN_PX = LABEL_PX + TERM_BAR_PX + VALUE_PX + 14.0
-FULL_TERM = 1.0  # weighted term that fills its half of the bar, as a decision at full speed does
+FULL_TERM = 1.0  # weighted term at full scale of its half bar, as at full speed
 PAPER: Color = (255, 255, 255)
 GAIN, LOSS = PEOPLE[1], PEOPLE[3]
 
@@ -47,7 +47,7 @@ def _draw_state(canvas: Canvas, frame: Frame) -> None:
 
 
 def _draw_legend(canvas: Canvas, px_per_m: float) -> None:
-    """Name the colours of the patterns and of Hall's zones, and give a metre to measure by."""
+    """Draw the legend of patterns and Hall's zones, and a scale bar of 1 m."""
     colors = zip(PATTERN_NAMES, PEOPLE, strict=True)
     entries = [
         *colors,
@@ -67,7 +67,7 @@ def _draw_legend(canvas: Canvas, px_per_m: float) -> None:
 
 
 def _draw_reward(canvas: Canvas, frame: Frame) -> None:
-    """Draw a bar for each weighted term of the last decision, right of zero if it is a gain."""
+    """Draw a bar for each weighted term of the last decision, gains to the right."""
     for i, (name, value) in enumerate(frame.terms.items()):
         right, y = _cell(canvas, i)
         zero = right - VALUE_PX - TERM_BAR_PX / 2.0

@@ -1,4 +1,4 @@
-"""The environments by name: presets of one class, registered with Gymnasium once."""
+"""Registration with Gymnasium: presets of one environment class."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hazbot_gym.errors import InvalidInput
 
 NAMESPACE = "hazbot_gym"
 
-# One sentence each; ``hazbot list`` and the docs print them.
+# One sentence each, for ``hazbot list`` and the docs.
 ENVIRONMENTS: dict[str, tuple[str, dict[str, Any]]] = {
     "Corridor-v0": ("A corridor with side doors; people of all four patterns.", {}),
     "Crossing-v0": (
@@ -53,10 +53,10 @@ ENVIRONMENTS: dict[str, tuple[str, dict[str, Any]]] = {
 
 
 def full_id(name: str) -> str:
-    """Return an id with the namespace, which a user may leave out.
+    """Return an id with the namespace, which is optional for users.
 
     Raises:
-        InvalidInput: This package has no such environment.
+        InvalidInput: The environment is unknown.
     """
     short = str(name).removeprefix(f"{NAMESPACE}/")
     if short not in ENVIRONMENTS:
@@ -66,7 +66,7 @@ def full_id(name: str) -> str:
 
 
 def register_environments() -> None:
-    """Register every environment that is not registered yet."""
+    """Register all environments; idempotent."""
     for name, (_, preset) in ENVIRONMENTS.items():
         env_id = f"{NAMESPACE}/{name}"
         if env_id not in gymnasium.registry:

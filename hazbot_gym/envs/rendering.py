@@ -1,4 +1,4 @@
-"""The picture of a moment: the scene, and below it a panel with the numbers."""
+"""Painter of frames: the scene with a panel of numbers below."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from hazbot_gym.envs.scene import (
 
 
 class Painter:
-    """Paints pictures of one size, which the first place decides; videos need that."""
+    """Painter with a fixed picture size, set by the first place (required for videos)."""
 
     def __init__(self, place: Place) -> None:
         self.width, self.height = size_of(place)
@@ -45,7 +45,7 @@ class Painter:
         return np.concatenate([scene.image(), self._panel.image()])
 
     def _prepare(self, frame: Frame) -> None:
-        """Draw what stays the same from frame to frame, if it has not stayed the same."""
+        """Redraw the static layer if it changed."""
         if frame.place is not self._place:
             self._place = frame.place
             self._whole = view_of(frame.place, self.width, self.height)

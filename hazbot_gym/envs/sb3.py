@@ -1,8 +1,8 @@
-"""The batched environment as Stable-Baselines3 wants it.
+"""Stable-Baselines3 ``VecEnv`` adapter of the batched environment.
 
-SB3 resets a world in the very step in which its episode ends and hands the last observation over as
-``terminal_observation``; ``TimeLimit.truncated`` tells it to bootstrap the value there. That is
-Gymnasium's SAME_STEP mode in another dress, so this file only translates.
+SB3 resets a world in the step in which its episode ends, and expects the last observation as
+``terminal_observation`` and ``TimeLimit.truncated`` for bootstrapping. This corresponds to
+Gymnasium's SAME_STEP mode, so this file only translates.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ except ImportError as error:
     raise MissingExtra("stable-baselines3", "train") from error
 
 DEFAULT_ID = f"{NAMESPACE}/Corridor-v0"
-PICTURED = 9  # worlds of a batch that a picture shows
+PICTURED = 9  # worlds per picture
 
 
 class CorridorVecEnv(VecEnv):
     """N corridor worlds for SB3, VecMonitor and VecNormalize.
 
-    Infos are those of single environments. ``render`` shows the first nine worlds side by side.
+    Infos are those of single environments. ``render`` tiles the first nine worlds.
 
     Attributes:
         terms: (N, 7) unweighted reward terms of the last decision, in the order of ``TERMS``.
@@ -64,11 +64,11 @@ class CorridorVecEnv(VecEnv):
         """Make N worlds.
 
         Args:
-            num_envs: How many; or, as from ``make_vec_env``, functions that each make one of the
-                environments that the batch stands for. Their config and monitors are taken over.
+            num_envs: Number of worlds; or, as from ``make_vec_env``, factories of single
+                environments, whose config and monitors the batch takes over.
             id: A registered environment, such as ``hazbot_gym/Crossing-v0``.
             seed: World i is seeded by ``seed + i`` at the first reset.
-            **arguments: Those of ``CorridorVectorEnv``.
+            **arguments: Arguments of ``CorridorVectorEnv``.
 
         Raises:
             InvalidInput: A value cannot be used; one line says which and what is allowed.
@@ -94,14 +94,14 @@ class CorridorVecEnv(VecEnv):
         self.terms, self.costs = np.zeros((count, len(TERMS))), np.zeros(count)
         actions = self.worlds.single_action_space
         if self._singles and self._singles.action_space == actions:
-            actions = self._singles.action_space  # make_vec_env has seeded it
+            actions = self._singles.action_space  # seeded by make_vec_env
         super().__init__(count, self.worlds.single_observation_space, actions)
         self.metadata = CorridorEnv.metadata | {"render_fps": self.worlds.metadata["render_fps"]}
         if seed is not None:
             self.seed(seed)
 
     def reset(self) -> npt.NDArray[np.float32]:
-        """Start new episodes in all worlds; seeds and options are used once."""
+        """Start new episodes in all worlds; seeds and options apply once."""
         options = None
         if any(self._options):
             options = _common(self._options)
@@ -119,7 +119,7 @@ class CorridorVecEnv(VecEnv):
         return super().seed(None if seed is None else whole_number(seed, "seed", 0))
 
     def set_options(self, options: Any = None) -> None:
-        """Set the options of the next reset: a dictionary for all worlds, or one for each."""
+        """Set the options of the next reset: one dictionary for all worlds, or one per world."""
         each = options if isinstance(options, list | tuple) else [options or {}] * self.num_envs
         if not all(isinstance(one, dict) for one in each):
             raise InvalidInput(
@@ -128,7 +128,7 @@ class CorridorVecEnv(VecEnv):
         super().set_options(list(each))
 
     def step_async(self, actions: npt.NDArray[Any]) -> None:
-        """Note the actions."""
+        """Store the actions."""
         self._actions = actions
 
     def step_wait(self) -> tuple[npt.NDArray[np.float32], Any, Any, list[dict[str, Any]]]:
@@ -151,14 +151,14 @@ class CorridorVecEnv(VecEnv):
         return observations, rewards.astype(np.float32), ended, infos
 
     def _infos(self, time_s: Floats) -> list[dict[str, Any]]:
-        """Return the infos of worlds that go on: as at their resets, but for what has changed."""
+        """Return the infos of running worlds: those of their resets with updates."""
         blank = [dict.fromkeys(TERMS)] * self.num_envs
         terms = _filled(blank, dict(zip(TERMS, self.terms.T.tolist(), strict=True)))
         changed = {"time_s": time_s.tolist(), "reward_terms": terms, "cost": self.costs.tolist()}
         return _filled(self._starts, changed)
 
     def close(self) -> None:
-        """Release the threads, and close the monitors' files; closing twice does no harm."""
+        """Release the threads, and close the monitors' files; idempotent."""
         self.worlds.close()
         if self._singles:
             self._singles.close()
@@ -168,7 +168,7 @@ class CorridorVecEnv(VecEnv):
         return self.worlds.pictures(range(min(self.num_envs, PICTURED))) or []
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-        """Return an attribute of some worlds, as their single environments have it."""
+        """Return an attribute of some worlds, as of single environments."""
         is_mine = attr_name in ("observation_space", "action_space", "metadata", "spec")
         value = getattr(self if is_mine else self.worlds, attr_name)
         if callable(value):
@@ -178,22 +178,22 @@ class CorridorVecEnv(VecEnv):
         return [values[i] for i in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-        """Refuse: the worlds share one config, which is frozen."""
+        """Not supported: the worlds share one frozen config."""
         raise InvalidInput(f"set_attr: given {attr_name!r}, the worlds of a batch are not changed")
 
     def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> Any:
-        """Refuse: there are no single environments behind the batch."""
+        """Not supported: the batch has no single environments."""
         raise InvalidInput(f"env_method: given {method_name!r}, there are no single environments")
 
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
-        """Tell whether worlds are wrapped: in a ``Monitor`` if their functions said so."""
+        """Return whether each world is wrapped: in a ``Monitor`` if its factory used one."""
         is_monitored = self._singles is not None and bool(self._singles.monitors)
         is_wrapped = is_monitored and issubclass(Monitor, wrapper_class)
         return [is_wrapped for _ in self._get_indices(indices)]
 
 
 def _spec_of(env_id: str) -> EnvSpec:
-    """Return a copy of what is registered by an id, which must be one of this package's kind."""
+    """Return a copy of the spec of an id, which must be an environment of this package."""
     try:
         spec = gymnasium.spec(env_id)
     except gymnasium.error.Error as error:
@@ -204,7 +204,7 @@ def _spec_of(env_id: str) -> EnvSpec:
 
 
 def _common(options: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the options of all worlds as those of a batch."""
+    """Merge the options of all worlds into those of a batch."""
     unknown = sorted({str(name) for each in options for name in each if name != "key"})
     if unknown:
         raise InvalidInput(f"reset options: given {', '.join(unknown)}, allowed is key")
@@ -212,14 +212,14 @@ def _common(options: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _decision_of(info: dict[str, Any]) -> tuple[Floats, Floats]:
-    """Return terms and costs of a decision in all worlds; an end that was reset tells its own."""
+    """Return terms and costs of a decision in all worlds, from ``final_info`` for ended ones."""
     tellers = [info, info["final_info"]] if "final_info" in info else [info]  # each 0 elsewhere
     terms = sum(np.stack([teller["reward_terms"][name] for name in TERMS], 1) for teller in tellers)
     return cast(Floats, terms), sum(teller["cost"] for teller in tellers)
 
 
 def _by_world(info: dict[str, Any], which: Any = slice(None)) -> list[dict[str, Any]]:
-    """Return the infos of some worlds, one for each, as single environments tell them."""
+    """Return one info per world, in the format of single environments."""
     names = [name for name in info if not name.startswith(("_", "final_"))]
     columns = [
         _by_world(info[name], which) if isinstance(info[name], dict) else info[name][which].tolist()
@@ -229,12 +229,12 @@ def _by_world(info: dict[str, Any], which: Any = slice(None)) -> list[dict[str, 
 
 
 def _running(start: dict[str, Any]) -> dict[str, Any]:
-    """Return what a world tells while its episode goes on, from what its reset told."""
+    """Return the info of a running world, from the info of its reset."""
     return start | {"TimeLimit.truncated": False}
 
 
 def _filled(blank: list[dict[str, Any]], columns: dict[str, list[Any]]) -> list[dict[str, Any]]:
-    """Return copies with a value of each column in them: the fastest way to many dictionaries."""
+    """Return dictionaries filled from columns, one per row (fastest way)."""
     filled = [each.copy() for each in blank]
     for name, column in columns.items():
         for each, value in zip(filled, column, strict=True):

@@ -1,8 +1,9 @@
-"""Single environments that a batch of Stable-Baselines3 stands for.
+"""Adapter from factories of single environments to one batch, for ``make_vec_env``.
 
-``make_vec_env(id, n, vec_env_cls=CorridorVecEnv)`` hands over functions that each make an
-environment behind a ``Monitor``. The batch runs their config, and tells each monitor what its world
-did, so that ``episode`` infos and the files of ``monitor_dir`` are those of single environments.
+``make_vec_env(id, n, vec_env_cls=CorridorVecEnv)`` passes factories that each make an environment
+wrapped in a ``Monitor``. The batch runs their config, and forwards each world's steps to its
+monitor, so that ``episode`` infos and the files of ``monitor_dir`` are those of single
+environments.
 """
 
 from __future__ import annotations
@@ -26,18 +27,18 @@ except ImportError as error:
 
 Environment = gymnasium.Env[Any, Any]
 Functions = Sequence[Callable[[], Environment]]
-PLAIN = (Monitor, TimeLimit, OrderEnforcing, PassiveEnvChecker)  # what a batch can stand for
+PLAIN = (Monitor, TimeLimit, OrderEnforcing, PassiveEnvChecker)  # supported wrappers
 
 
 class Singles:
-    """What functions of environments make: one config for all worlds, and their monitors.
+    """Result of the factories: one config for all worlds, and their monitors.
 
     Attributes:
-        config: Of all worlds; its horizon is that of a ``TimeLimit`` where there is one.
-        spec: Of the first, None if it was not made by an id.
-        render_mode: Of the first.
-        action_space: Of the first, which may be seeded.
-        monitors: One for each world, or none.
+        config: Config of all worlds; a ``TimeLimit`` sets its horizon.
+        spec: Spec of the first environment, None if not made by id.
+        render_mode: Render mode of the first environment.
+        action_space: Action space of the first environment, possibly seeded.
+        monitors: One per world, or empty.
     """
 
     def __init__(self, functions: Functions) -> None:
@@ -58,14 +59,14 @@ class Singles:
             monitor.env = _Told()
 
     def reset(self) -> None:
-        """Tell the monitors that all worlds begin anew."""
+        """Forward a reset of all worlds to the monitors."""
         for monitor in self.monitors:
             monitor.reset()
 
     def note(
         self, rewards: Any, terminated: Any, truncated: Any, infos: list[dict[str, Any]]
     ) -> None:
-        """Tell the monitors of a step; they add ``episode`` to the infos of episodes that ended."""
+        """Forward a step to the monitors, which add ``episode`` to the infos of ended episodes."""
         told = zip(rewards.tolist(), terminated.tolist(), truncated.tolist(), infos, strict=True)
         for monitor, step in zip(self.monitors, told, strict=False):
             monitor.env.told = (None, *step)  # type: ignore[attr-defined]
@@ -80,7 +81,7 @@ class Singles:
 
 
 class _Told(gymnasium.Env[Any, Any]):
-    """Stands where a monitor's environment was, and returns what it was told."""
+    """Stub environment of a monitor, which returns preset results."""
 
     told: Any = None
 
@@ -92,7 +93,7 @@ class _Told(gymnasium.Env[Any, Any]):
 
 
 def _layers(env: Environment) -> list[Environment]:
-    """Return the wrappers of an environment, which must be such as a batch can stand for."""
+    """Return the wrappers of an environment; raise if one is not supported."""
     found: list[Environment] = []
     while isinstance(env, gymnasium.Wrapper):
         if type(env) not in PLAIN:

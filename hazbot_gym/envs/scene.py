@@ -1,4 +1,4 @@
-"""A place seen from above: floor and walls, people and their space, the robot and its senses."""
+"""Top view of a place: floor and walls, people and their zones, the robot and its sensors."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ from hazbot_gym.envs.frame import Frame
 
 DASH_M = 0.15
 WALL_M = 0.07  # drawn width
-AHEAD_S = 0.35  # a person's pointer ends where the person's rim will be then
+AHEAD_S = 0.35  # a person's pointer ends at the rim's predicted position
 INTIMATE_ALPHA, PERSONAL_ALPHA, SOCIAL_ALPHA = 62, 28, 60
 INTIMATE, PERSONAL = (mixed(SPACE, FLOOR, a / 255) for a in (INTIMATE_ALPHA, PERSONAL_ALPHA))
 
 
 def draw_floor(canvas: Canvas, place: Place) -> None:
-    """Draw what lies on the floor and never moves: the path, dashed, and its end."""
+    """Draw the static floor: the dashed path and its end."""
     canvas.fill(FLOOR)
     length = path_length(place.path.view(np.recarray))
     for start in np.arange(0.0, length, 2.5 * DASH_M):
@@ -51,7 +51,7 @@ def draw_floor(canvas: Canvas, place: Place) -> None:
 
 
 def draw_walls(canvas: Canvas, frame: Frame) -> None:
-    """Draw the walls and what lies behind them, where nobody can get; the floor is left open."""
+    """Draw the walls and fill the unreachable area behind them."""
     canvas.fill(OUTSIDE)
     for x1, y1, x2, y2 in frame.place.walls:
         canvas.ribbon(np.array([[x1, y1], [x2, y2]]), WALL_M, INK)
@@ -71,13 +71,13 @@ def draw_space(canvas: Canvas, people: Records) -> None:
 
 
 def draw_trail(canvas: Canvas, frame: Frame) -> None:
-    """Draw where the robot has been."""
+    """Draw the robot's trail."""
     points = np.vstack([frame.trail, [frame.x_m, frame.y_m]])
     canvas.ribbon(points, 0.05, pale(ROBOT))
 
 
 def draw_echoes(canvas: Canvas, frame: Frame) -> None:
-    """Fill each sensor's cone up to the first echo; without an echo it stays faint."""
+    """Fill each sensor's cone up to the first echo; faint without an echo."""
     sonar = frame.sonar
     here = (frame.x_m, frame.y_m, frame.theta_rad)
     with canvas.layer():
@@ -96,7 +96,7 @@ def draw_echoes(canvas: Canvas, frame: Frame) -> None:
 
 
 def draw_people(canvas: Canvas, people: Records, patterns: list[int]) -> None:
-    """Draw everybody present, in the colour of the pattern."""
+    """Draw all present people, in the colour of their pattern."""
     for person, pattern in zip(people, patterns, strict=True):
         _draw_person(canvas, person, pattern_color(pattern))
 
@@ -110,7 +110,7 @@ def draw_robot(canvas: Canvas, frame: Frame) -> None:
     for side in (-1.0, 1.0):
         wheel = _box(1.5 * chassis.r, 0.06, (0.0, side * chassis.L / 2.0))
         canvas.polygon(turned(wheel, *here), INK)
-    # Drawn on the body's rim, its pivot lies further back; it trails outward in a turn.
+    # Drawn on the body's rim, with its pivot further back; it trails outward in a turn.
     castor = turned(_box(0.12, 0.045, (-0.03, 0.0)), -0.6 * radius_m, 0.0, -frame.castor_rad)
     canvas.polygon(turned(castor, *here), INK)
     arrow = radius_m * np.array([[0.8, 0.0], [0.05, 0.42], [0.2, 0.0], [0.05, -0.42]])
@@ -118,7 +118,7 @@ def draw_robot(canvas: Canvas, frame: Frame) -> None:
 
 
 def present(frame: Frame) -> tuple[Records, list[int]]:
-    """Return the people who are there, and their patterns."""
+    """Return the present people and their patterns."""
     rows = [i for i, person in enumerate(frame.people) if person["status"] == PRESENT]
     return frame.people[rows], [frame.patterns[i] for i in rows]
 
@@ -129,7 +129,7 @@ def pattern_color(pattern: int) -> Color:
 
 
 def _draw_person(canvas: Canvas, person: Any, color: Color) -> None:
-    """Draw shoulders and head on the disc that counts as the body, and where the person goes."""
+    """Draw shoulders and head on the body's disc, and a pointer of the velocity."""
     x, y, radius_m = float(person["x"]), float(person["y"]), float(person["radius"])
     vx, vy = float(person["vx"]), float(person["vy"])
     heading_rad, tip_m = math.atan2(vy, vx), radius_m + AHEAD_S * math.hypot(vx, vy)

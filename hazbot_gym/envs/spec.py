@@ -1,8 +1,8 @@
-"""An environment and Gymnasium's ``EnvSpec`` of it: one horizon, and arguments that JSON can hold.
+"""Gymnasium ``EnvSpec`` of an environment: one horizon, and JSON-compatible arguments.
 
-The horizon of this package is ``config.max_episode_steps``. The ids are registered without one, as
-Gymnasium would end episodes at that from outside, whatever the config says; so an environment's
-spec is completed here by the true one, and what ``gymnasium.make`` was given goes to the config.
+The horizon of this package is ``config.max_episode_steps``. The ids are registered without a
+horizon, since Gymnasium's TimeLimit would override the config; this module completes the spec with
+the config's horizon, and passes the horizon of ``gymnasium.make`` to the config.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class _HasConfig(Protocol):
 
 
 class CompleteSpec:
-    """The attribute ``spec``, which Gymnasium sets after it has made an environment."""
+    """Descriptor of the attribute ``spec``, which Gymnasium sets after construction."""
 
     def __get__(self, env: _HasConfig | None, owner: type | None = None) -> EnvSpec | None:
         return None if env is None else env.__dict__.get("_complete_spec")
@@ -42,15 +42,14 @@ class CompleteSpec:
 
 
 def horizon_given_to_make(env: object) -> dict[str, Any]:
-    """Return the ``max_episode_steps`` that ``gymnasium.make`` was given, as an override.
+    """Return the ``max_episode_steps`` of ``gymnasium.make`` as an override.
 
-    ``make`` tells it to its TimeLimit only, which cannot make an episode longer and leaves no
-    outcome in ``info``. To be called by the environment's constructor, which ``make`` calls
-    itself, or through a subclass's constructor or a function; not one that another
-    environment contains.
+    ``make`` passes it to its TimeLimit only, which cannot extend an episode and sets no outcome in
+    ``info``. Call it in the environment's constructor, invoked by ``make`` directly or through a
+    subclass's constructor or a function; not for an environment nested in another one.
 
     Raises:
-        InvalidInput: A config asks for another horizon than the spec.
+        InvalidInput: The config has another horizon than the spec.
     """
     called = _locals_of(gymnasium.make, env)
     given = called.get("max_episode_steps")
@@ -60,10 +59,10 @@ def horizon_given_to_make(env: object) -> dict[str, Any]:
 
 
 def horizon_given_to_make_vec(env: object, overrides: dict[str, Any]) -> dict[str, Any]:
-    """Return overrides, among which ``make_vec`` puts the horizon of a spec.
+    """Return overrides of ``make_vec``, which include the horizon of a spec.
 
     Raises:
-        InvalidInput: A config asks for another one.
+        InvalidInput: The config has another horizon.
     """
     called = _locals_of(gymnasium.make_vec, env)
     if not called or HORIZON in called["kwargs"] or HORIZON not in overrides:
@@ -78,12 +77,12 @@ def horizon_of_spec(
     """Return the horizon of a spec as an override.
 
     Args:
-        spec: From which an environment is made.
-        given: Arguments beside it, of which config and scenario may ask for a horizon.
-        limit: The spec's horizon, where it stands among its arguments.
+        spec: Spec of the environment.
+        given: Further arguments; config and scenario may set a horizon.
+        limit: The spec's horizon, if it is among its arguments.
 
     Raises:
-        InvalidInput: They ask for another one.
+        InvalidInput: They set another horizon.
     """
     limit = spec.max_episode_steps if limit is None else limit
     if limit is None or limit == -1:
@@ -98,9 +97,9 @@ def horizon_of_spec(
 
 
 def _locals_of(maker: Callable[..., object], env: object) -> dict[str, Any]:
-    """Return the local names of the call of ``maker`` that makes an environment, if there is one.
+    """Return the local variables of the call of ``maker`` on the stack, if any.
 
-    To be called by what the environment's constructor calls.
+    Call it one level below the environment's constructor.
     """
     frame: FrameType | None = sys._getframe(3)
     while frame is not None and frame.f_code is not maker.__code__:

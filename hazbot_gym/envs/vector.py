@@ -1,8 +1,7 @@
-"""The native vector environment: N worlds stepped by one compiled kernel.
+"""Native Gymnasium vector environment: N worlds stepped by one compiled kernel.
 
-World i after ``reset(seed=[..., s_i, ...])`` meets the very scenarios and noise that
-``CorridorEnv`` meets after ``reset(seed=s_i)``, episode after episode; a parity test holds the two
-engines together.
+World i after ``reset(seed=[..., s_i, ...])`` has the same scenarios and noise as ``CorridorEnv``
+after ``reset(seed=s_i)``, in all episodes; a parity test compares the two engines.
 """
 
 from __future__ import annotations
@@ -47,16 +46,16 @@ from hazbot_gym.task.scenario import Source
 from hazbot_gym.utils import processors
 from hazbot_gym.utils.threads import Threads
 
-SMALLEST_BLOCK = 32  # worlds for which a thread is worth waking
+SMALLEST_BLOCK = 32  # minimum worlds per thread
 KEYS_AHEAD = 16  # scenario keys drawn in advance for each world
 
 
 class State(NamedTuple):
-    """The true state of N worlds, copied; policies must not see it."""
+    """Copy of the true state of N worlds, not for policies."""
 
     time_s: Floats  # (N,)
     robots: Records  # (N,) ROBOT
-    people: Records  # (N, P) PERSON, those included who are not present
+    people: Records  # (N, P) PERSON, including absent people
 
 
 class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
@@ -76,7 +75,9 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         "autoreset_mode": AutoresetMode.NEXT_STEP,
     }
     spec = CompleteSpec()
-    closed = True  # until it is made: some versions of Gymnasium close what a wrong argument leaves
+    closed = (
+        True  # before construction: some versions of Gymnasium close it after an invalid argument
+    )
 
     def __init__(
         self,
@@ -93,13 +94,13 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         """Make N worlds; the arguments not named here are those of ``CorridorEnv``.
 
         Args:
-            num_envs: How many worlds.
+            num_envs: Number of worlds.
             config: As for ``CorridorEnv``, like preset, scenario and overrides.
             preset: Deltas of a registered environment.
             scenario: A named scenario.
-            autoreset_mode: What follows the end of an episode.
+            autoreset_mode: Gymnasium's autoreset mode.
             render_mode: "rgb_array" for pictures by ``render``, one of each world.
-            threads: How many to use, one for each usable processor if None; no result depends on
+            threads: Number of threads, one per usable processor if None; results do not depend on
                 it.
             **overrides: Fields of the config.
 
@@ -137,7 +138,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         config, n = self.config, self.num_envs
         self.source = source = Source(config)
         self._place_names = np.array(source.names, object)
-        self._free_times_s = np.full(len(source.names), np.nan)  # filled in where needed
+        self._free_times_s = np.full(len(source.names), np.nan)  # allocated on demand
         self._problem = Problem(
             table=source.table,
             mechanics=mechanics(config),
@@ -165,7 +166,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             was_over=np.ones(n, np.bool_),
         )
         self._scenarios = Scenarios(np.zeros(n, np.int64), np.full(n, None, object), np.zeros(n))
-        self._finished = self._scenarios  # of the episodes that ended last, in SAME_STEP
+        self._finished = self._scenarios  # of the last ended episodes, in SAME_STEP
         width = LAYOUTS[config.tier].width
         self._outputs = Outputs(
             observations=np.zeros((n, width), np.float32),
@@ -185,20 +186,20 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         """Start new episodes.
 
         Args:
-            seed: As for Gymnasium's own vector environments.
+            seed: As in Gymnasium's vector environments.
             options: ``{"reset_mask": (N,) bool}`` for some worlds only; ``{"key": k}`` for the
-                scenario of that key, a list for one in each world.
+                scenario of that key, or a list with one key per world.
         """
         mask, keys = reset_options_of(options, self.num_envs)
         if seed is None and not self._generators:
             seed = int(cast(int, self.np_random_seed))  # drawn by Gymnasium; repeats what follows
         self._seed(seeds_of(seed, self.num_envs), mask)
-        if seed is not None:  # what the attribute tells; worlds have their own generators
+        if seed is not None:  # only for the attribute
             is_root = isinstance(seed, int | np.integer) and mask.all()
             self._np_random_seed = int(seed) if is_root else tuple(self._seeds)  # type: ignore[arg-type, assignment]
         self._refill(mask & (self._episodes.used >= KEYS_AHEAD))
         for i in np.flatnonzero(mask):
-            if (key := keys[i]) is not None:  # instead of the one drawn, as CorridorEnv does
+            if (key := keys[i]) is not None:  # instead of the drawn key, as in CorridorEnv
                 self._episodes.keys[i, self._episodes.used[i]] = key
         self._episodes.is_over[mask] = True
         self._run(mask, np.zeros(self.num_envs))
@@ -213,12 +214,11 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
     def step(
         self, actions: Any, *, mask: Bools | None = None
     ) -> tuple[Observations, Floats, Bools, Bools, dict[str, Any]]:
-        """Take one decision in every world; see the autoreset mode for what follows an end.
+        """Step every world; the autoreset mode determines resets.
 
         Args:
             actions: One for each world.
-            mask: (N,) which worlds go on; the others stay, and what they returned last is returned
-                again. None for all.
+            mask: (N,) worlds to step; the others keep their state and last outputs. None for all.
         """
         everyone = np.ones(self.num_envs, np.bool_)
         mask = everyone if mask is None else mask_of(mask, self.num_envs, "mask")
@@ -251,17 +251,17 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         return self.pictures(range(self.num_envs))
 
     def pictures(self, which: range) -> tuple[npt.NDArray[np.uint8], ...] | None:
-        """Return what ``render`` returns, of some worlds only."""
+        """Render some worlds only; see ``render``."""
         if self._viewer is None:
             return None
         return self._viewer.pictures(self._worlds, self._times_s(), which)
 
     def places(self) -> npt.NDArray[np.object_]:
-        """Return what each world's place, or recording, is called (N,)."""
+        """Return the name of each world's place or recording (N,)."""
         return self._place_names[self._worlds.places]
 
     def free_times_s(self) -> Floats:
-        """Return how long each world's path takes alone at full speed (N,) [s]."""
+        """Return the travel time of each world's path without people (N,) [s]."""
         return self._free_times_of(self._worlds.places)
 
     def close_extras(self, **kwargs: Any) -> None:
@@ -270,7 +270,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
 
     @VectorEnv.np_random.setter  # type: ignore[attr-defined, untyped-decorator]
     def np_random(self, value: object) -> None:
-        """Refuse: each world has a generator of its own, whose seed ``reset`` takes."""
+        """Not supported: each world has its own generator, seeded by ``reset``."""
         raise InvalidInput(f"np_random: given {value!r}, allowed is reset(seed=...)")
 
     # --- inside ----------------------------------------------------------------------------------
@@ -280,11 +280,11 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         return np.round(self._worlds.steps * self.config.clock.decision_s, 9)
 
     def _run(self, mask: Bools, commands: Floats) -> None:
-        """Run the kernel over the worlds of the mask, a block of them on each thread.
+        """Run the kernel over the worlds of the mask, one block per thread.
 
-        Compiled code holds no lock, and no world knows of another: threads change no result. The
-        first time, one block follows the other: kernels are compiled here, where an interrupt ends
-        it, and not in a thread, which the end of the process would wait for.
+        Compiled code releases the GIL, and worlds are independent: results do not depend on
+        threads. The first call is serial, so that compilation runs in the main thread and can be
+        interrupted.
         """
         arguments = (
             mask,
@@ -311,7 +311,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             job.result()
 
     def _free_times_of(self, places: npt.NDArray[np.int64]) -> Floats:
-        """Return how long the paths of some places take alone at full speed [s]."""
+        """Return the travel times of some places' paths without people [s]."""
         for i in np.unique(places[np.isnan(self._free_times_s[places])]):
             self._free_times_s[i] = free_time_s(
                 place_at(self._problem.table.places, i).path,
@@ -323,7 +323,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         return self._free_times_s[places]
 
     def _may_step(self, due: Bools) -> None:
-        """Refuse to step before the first reset, and without autoreset where a reset is due."""
+        """Raise if a reset is due: before the first reset, and without autoreset."""
         if not self._generators:
             raise InvalidInput("step: no episode has begun, call reset first")
         if self.autoreset_mode == AutoresetMode.DISABLED and due.any():
@@ -333,7 +333,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             )
 
     def _seed(self, seeds: list[int | None], mask: Bools) -> None:
-        """Give generators to the worlds that are seeded, and to all that have none."""
+        """Set the generators of seeded worlds, and of worlds without one."""
         if not self._generators:
             made = [generator_of(value) for value in seeds]
             self._generators, self._seeds = map(list, zip(*made, strict=True))
@@ -344,15 +344,15 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
                 self._episodes.used[i] = KEYS_AHEAD
 
     def _refill(self, mask: Bools) -> None:
-        """Draw the next keys of worlds that have used theirs up."""
+        """Draw the next keys of worlds without unused keys."""
         for i in np.flatnonzero(mask):
-            # One by one, as CorridorEnv draws them, so that the generators agree.
+            # One by one, as in CorridorEnv, so that the generators agree.
             generator = self._generators[i]
             self._episodes.keys[i] = [generator.integers(2**63) for _ in range(KEYS_AHEAD)]
             self._episodes.used[i] = 0
 
     def _met(self, fresh: Bools) -> Scenarios:
-        """Return the scenarios that the worlds meet now, if some have just been reset."""
+        """Return the current scenarios of the worlds, if some have just been reset."""
         if not fresh.any():
             return self._scenarios
         places = self._worlds.places
@@ -365,6 +365,6 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
 
 
 def _blocks(worlds: int, threads: int) -> list[tuple[int, int]]:
-    """Return the range of worlds that each thread takes."""
+    """Return the range of worlds of each thread."""
     size = max(-(-worlds // threads), SMALLEST_BLOCK)
     return [(first, min(first + size, worlds)) for first in range(0, worlds, size)]

@@ -1,4 +1,4 @@
-"""What an environment shows of itself: a picture when asked, or a window that follows along."""
+"""Viewer of one environment: a picture on request, or a live window."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from hazbot_gym.envs.window import Window
 
 MODES = ("human", "rgb_array")
-TRAIL_STEPS = 1000  # decisions whose positions are remembered
+TRAIL_STEPS = 1000  # length of the trail in decisions
 TITLE = "hazbot_gym"
 
 
 class Viewer:
-    """The eye on one environment; it remembers what the world's state does not tell.
+    """Viewer of one environment, with the history that the world does not store.
 
-    Nothing of pygame is imported before the first picture, and without a mode there is none.
+    pygame is imported at the first picture, and never without a render mode.
     """
 
     def __init__(self, mode: str | None, config: Config) -> None:
@@ -45,24 +45,24 @@ class Viewer:
         self._window: Window | None = None
 
     def begin(self) -> None:
-        """Forget the last episode."""
+        """Clear the last episode."""
         self._trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_STEPS)
         self._castor_rad = self._total_reward = 0.0
 
     def see(
         self, world: World, ranges_m: Floats, patterns: list[int], terms: Floats, outcome: str
     ) -> None:
-        """Take note of how things stand after a reset or step, and show it in the mode "human".
+        """Record the state after a reset or step, and show it in the mode "human".
 
         Args:
-            world: Whose state is shown.
+            world: The world.
             ranges_m: (4,) ultrasonic readings.
-            patterns: The pattern of each person, as it is tracked.
+            patterns: The tracked pattern of each person.
             terms: (7,) unweighted reward terms of the decision.
             outcome: How the episode ended, or "" while it runs.
         """
         robot = world.robots[0]
-        if abs(robot["v"]) > MOVING_MPS:  # the castor of a standing robot stays as it is
+        if abs(robot["v"]) > MOVING_MPS:  # the castor of a standing robot keeps its angle
             self._castor_rad = castor_of(robot["v"], robot["omega"], self._config)
         weighted = terms * self._weights
         self._total_reward += float(weighted.sum())
@@ -85,7 +85,7 @@ class Viewer:
             self._show()
 
     def picture(self) -> npt.NDArray[np.uint8] | None:
-        """Return the picture of how things stand (H, W, 3); None in other modes than "rgb_array".
+        """Return the current picture (H, W, 3); None in other modes than "rgb_array".
 
         Raises:
             InvalidInput: there has been no reset yet.
@@ -98,7 +98,7 @@ class Viewer:
             self._window.close()
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what is copied or pickled: everything but paint and window."""
+        """Return the picklable state, without painter and window."""
         return {**self.__dict__, "_painter": None, "_window": None}
 
     def _show(self) -> None:
@@ -125,7 +125,7 @@ def castor_of(speed_mps: float, omega: float, config: Config) -> float:
 
 
 def frame_of(config: Config, place: Place, robot: Record, **others: Any) -> Frame:
-    """Return what a picture shows; ``others`` are the fields of ``Frame`` not known from these."""
+    """Return the frame of a world; ``others`` are the remaining fields of ``Frame``."""
     return Frame(
         place=place,
         x_m=float(robot["x"]),

@@ -1,4 +1,4 @@
-"""A window that shows pictures at a steady rate; closing it is no error, it just shows no more."""
+"""pygame window with a fixed frame rate; closing it is not an error."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import os
 from hazbot_gym.envs.canvas import Image, pygame
 from hazbot_gym.errors import InvalidInput
 
-UNSEEN = ("dummy", "offscreen")  # SDL's drivers without a screen
+UNSEEN = ("dummy", "offscreen")  # SDL drivers without a display
 _NO_DISPLAY = (
     "render_mode: given 'human', but there is no display; allowed is 'rgb_array', "
     "`hazbot watch --save FILE`, or SDL_VIDEODRIVER=dummy for a window that nobody sees"
@@ -18,15 +18,15 @@ class Window:
     """The window of this process; pygame has one, a second ``Window`` would share it.
 
     Attributes:
-        is_open: Whether there is still somebody to show pictures to.
+        is_open: Whether the window is open.
     """
 
     def __init__(self, title: str, pictures_per_s: float) -> None:
-        """Make ready to show.
+        """Open the display.
 
         Args:
-            title: Of the window.
-            pictures_per_s: At most; ``show`` waits if it is called sooner.
+            title: Window title.
+            pictures_per_s: Maximum frame rate; ``show`` waits for it.
 
         Raises:
             InvalidInput: there is no display.
@@ -38,7 +38,7 @@ class Window:
         self._pressed: list[str] = []
 
     def show(self, image: Image) -> None:
-        """Show a picture (height, width, 3) of uint8, and wait until the next one is due."""
+        """Show a picture (height, width, 3) of uint8, and wait for the frame period."""
         if not self.is_open:
             return
         height, width, _ = image.shape
@@ -51,7 +51,7 @@ class Window:
         self.wait()
 
     def wait(self) -> None:
-        """Let the time of one picture pass, and see what the user does meanwhile."""
+        """Wait for one frame period, and process user events."""
         self._clock.tick(self._pictures_per_s)
         for event in pygame.event.get():
             if event.type == pygame.QUIT:
@@ -66,19 +66,19 @@ class Window:
         return pressed
 
     def close(self) -> None:
-        """Close the window for good; closing twice does no harm."""
+        """Close the window; closing twice does no harm."""
         if self.is_open:
             self.is_open = False
             pygame.display.quit()
 
 
 def _open_display() -> None:
-    """Make pygame ready to open a window, where somebody can see it or has asked for none."""
+    """Initialize pygame's display; raise without a screen, unless a dummy driver is set."""
     try:
         pygame.display.init()
     except pygame.error as error:
         raise InvalidInput(_NO_DISPLAY) from error
-    # Without a screen SDL draws into nowhere and says nothing.
+    # Without a screen SDL fails silently.
     if pygame.display.get_driver() in UNSEEN and "SDL_VIDEODRIVER" not in os.environ:
         pygame.display.quit()
         raise InvalidInput(_NO_DISPLAY)
