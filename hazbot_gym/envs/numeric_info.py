@@ -29,9 +29,7 @@ class NumericInfo(VectorWrapper):  # not generic in Gymnasium 1.1
 
     def __init__(self, env: VectorEnv[Any, Any, Any]) -> None:
         super().__init__(env)
-        self.autoreset_mode = env.metadata[
-            "autoreset_mode"
-        ]  # TorchRL reads it from the outermost wrapper
+        self.autoreset_mode = env.metadata["autoreset_mode"]  # TorchRL reads the outermost
 
     def reset(self, **arguments: Any) -> tuple[Any, dict[str, Any]]:
         """Start new episodes."""

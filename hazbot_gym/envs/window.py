@@ -66,7 +66,7 @@ class Window:
         return pressed
 
     def close(self) -> None:
-        """Close the window; closing twice does no harm."""
+        """Close the window; idempotent."""
         if self.is_open:
             self.is_open = False
             pygame.display.quit()

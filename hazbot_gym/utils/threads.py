@@ -25,7 +25,7 @@ class Threads:
         return self._pool.submit(job, *arguments)
 
     def close(self) -> None:
-        """Stop the threads of this process; closing twice does no harm."""
+        """Stop the threads of this process; idempotent."""
         if self._pool is not None and self._process == os.getpid():
             self._pool.shutdown()
         self._pool = None
