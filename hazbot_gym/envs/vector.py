@@ -75,9 +75,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         "autoreset_mode": AutoresetMode.NEXT_STEP,
     }
     spec = CompleteSpec()
-    closed = (
-        True  # before construction: some versions of Gymnasium close it after an invalid argument
-    )
+    closed = True  # before construction, as some versions of Gymnasium close it then
 
     def __init__(
         self,
@@ -265,7 +263,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         return self._free_times_of(self._worlds.places)
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Stop the threads; closing twice does no harm."""
+        """Stop the threads; idempotent."""
         self._threads.close()
 
     @VectorEnv.np_random.setter  # type: ignore[attr-defined, untyped-decorator]
