@@ -1,1 +1,1 @@
-"""The mutable world: drive, people, sensors and contacts."""
+"""Simulation: drive, people, sensors and contacts, on two engines."""

@@ -1,8 +1,8 @@
-"""The batched engine: many worlds as arrays, stepped by the formulas of the pymunk engine.
+"""Batched engine: many worlds as arrays, with the formulas of the pymunk engine.
 
-What ``sim/world.py`` asks pymunk for, contacts, is answered here by ``find_contact``; everything
-else is shared line by line. ``step_group`` advances some worlds by one decision, their robots side
-by side in lanes, and allocates nothing; ``envs/batch.py`` runs it over all worlds in parallel.
+Contacts, which ``sim/world.py`` leaves to pymunk, are found by ``find_contact``; all other code is
+shared. ``step_group`` advances some worlds by one decision, their robots side by side in lanes, and
+allocates nothing; ``envs/batch.py`` runs it over all worlds in parallel.
 """
 
 from __future__ import annotations
@@ -53,9 +53,9 @@ class Worlds(NamedTuple):
     robots: Records  # (N,) ROBOT
     wheels: Records  # (N, 2) WHEEL
     people: Records  # (N, P) PERSON
-    tracks: Records  # (N, P) TRACK, what the tracker reports
-    history: Records  # (N, latency + 1, P) TRACK, the tracker's memory
-    pending: Floats  # (N, latency + 1) commands that the drive has still to obey [m/s]
+    tracks: Records  # (N, P) TRACK, tracker output
+    history: Records  # (N, latency + 1, P) TRACK, history of the tracker
+    pending: Floats  # (N, latency + 1) pending commands of the drive [m/s]
     ranges: Floats  # (N, 4) ultrasonic readings [m]
     keys: npt.NDArray[np.uint64]  # (N,) of the scenario
     steps: npt.NDArray[np.int64]  # (N,) decisions taken
@@ -64,7 +64,7 @@ class Worlds(NamedTuple):
 
 
 class Surroundings(NamedTuple):
-    """What worlds stand in, shared by all that stand in the same."""
+    """Places and recordings, shared by worlds."""
 
     places: PlaceTable
     recorded: RecordedTable
@@ -73,16 +73,16 @@ class Surroundings(NamedTuple):
 GROUP = np.dtype(
     [
         ("drive", DRIVE_LANES),
-        ("world", "i8", (LANES,)),  # which world is in a lane
-        ("contact", "i8", (LANES,)),  # whom its robot touches, WALL or NO_CONTACT
-        ("is_near", "i8", (LANES,)),  # 1 if something is in its reach in this social period
+        ("world", "i8", (LANES,)),  # index of the world in a lane
+        ("contact", "i8", (LANES,)),  # person in contact, WALL or NO_CONTACT
+        ("is_near", "i8", (LANES,)),  # 1 if a contact is possible in this social period
     ],
     align=True,
-)  # worlds that are stepped together
+)  # worlds stepped together
 
 
 class Mechanics(NamedTuple):
-    """What is the same in all worlds: parameters of robot and people, ready for kernels."""
+    """Parameters of robot and people, shared by all worlds, as arrays for kernels."""
 
     drive: Records  # (1,) DriveParameters
     gains: Floats  # fuzzy-PID gain table
@@ -95,7 +95,7 @@ class Mechanics(NamedTuple):
 
 
 def allocate(worlds: int, people: int, *, tracker_latency: int, drive_latency: int) -> Worlds:
-    """Return the arrays of N worlds; every world is to be reset before it is stepped."""
+    """Return the arrays of N worlds; every world must be reset before its first step."""
     return Worlds(
         robots=np.zeros(worlds, ROBOT),
         wheels=np.zeros((worlds, 2), WHEEL),
@@ -127,7 +127,7 @@ def mechanics(config: Config) -> Mechanics:
 
 @scalar
 def place_of(worlds: Worlds, i: int, surroundings: Surroundings) -> Place:
-    """Return the place that world i stands in."""
+    """Return the place of world i."""
     return place_at(surroundings.places, worlds.places[i])
 
 
@@ -136,7 +136,7 @@ def begin_social_period(
     worlds: Worlds, i: int, surroundings: Surroundings, m: Mechanics, force: SocialForce,
     step: int, bench: Bench, walkers: int,
 ) -> int:  # fmt: skip
-    """Put the people of world i on a bench, to choose a velocity; return how many are there now."""
+    """Load the people of world i into the workspace; return its number of walkers."""
     recording = stretch_of(surroundings.recorded, worlds.places[i], worlds.starts[i])
     return begin_social_step(
         worlds.people[i], place_of(worlds, i, surroundings), worlds.robots[i], force,
@@ -148,7 +148,7 @@ def begin_social_period(
 def start_people(
     worlds: Worlds, i: int, surroundings: Surroundings, m: Mechanics, bench: Bench
 ) -> None:
-    """Let the people of world i choose their first velocity."""
+    """Compute the first velocities of the people of world i."""
     place, force = place_of(worlds, i, surroundings), force_values(m.force[0])
     count = begin_social_period(worlds, i, surroundings, m, force, 0, bench, 0)
     walk(bench, count, force, m.social_s)
@@ -160,17 +160,17 @@ def step_group(
     group: Record, count: int, worlds: Worlds, surroundings: Surroundings, m: Mechanics,
     bench: Bench,
 ) -> None:  # fmt: skip
-    """Drive some worlds for a decision period at the speeds that their robots obey.
+    """Simulate some worlds for a decision period at their robots' effective commands.
 
-    After a contact, time stands still in a world.
+    A world freezes after a contact.
 
     Args:
-        group: Record of type ``GROUP``; which worlds is given, what their robots touch is written.
-        count: How many of the group's lanes are in use.
+        group: Record of type ``GROUP``: worlds as input, contacts as output.
+        count: Number of lanes in use.
         worlds: All worlds, changed in place.
-        surroundings: What they stand in.
+        surroundings: Their places.
         m: Parameters of robot and people.
-        bench: Room for all people of the group.
+        bench: Workspace for all people of the group.
     """
     for lane in range(count):
         i = group.world[lane]
@@ -187,7 +187,7 @@ def _walk_period(
     group: Record, count: int, period: int, worlds: Worlds, surroundings: Surroundings,
     m: Mechanics, bench: Bench,
 ) -> None:  # fmt: skip
-    """Move a group's people to the end of a social period, and let them choose for the next."""
+    """Move a group's people to the end of a social period, and compute their next velocities."""
     force, walkers = force_values(m.force[0]), 0
     for lane in range(count):
         i = group.world[lane]
@@ -212,7 +212,7 @@ def _walk_period(
 def _drive_period(
     group: Record, count: int, worlds: Worlds, surroundings: Surroundings, m: Mechanics
 ) -> None:
-    """Drive a group's robots for a social period; look for contacts where something is near."""
+    """Drive a group's robots for a social period; check contacts where something is near."""
     for lane in range(count):
         i = group.world[lane]
         walls = place_of(worlds, i, surroundings).walls
@@ -236,7 +236,7 @@ def _drive_period(
 def _look_for_contact(
     group: Record, lane: int, elapsed_s: float, worlds: Worlds, surroundings: Surroundings
 ) -> None:
-    """Note what the robot in a lane touches now; it and its people then stay as they are."""
+    """Record the contact of the robot in a lane; a contact freezes its world."""
     i = group.world[lane]
     robot, people, place = worlds.robots[i], worlds.people[i], place_of(worlds, i, surroundings)
     robot.x, robot.y = group.drive.x[lane], group.drive.y[lane]

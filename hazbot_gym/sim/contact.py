@@ -1,8 +1,8 @@
-"""When the robot touches somebody or something: the test that needs no physics engine.
+"""Contact test of the robot with people and walls, without a physics engine.
 
-Discs touch discs and segments where their distance falls below the sum of the radii, strictly, as
-in Chipmunk's own narrow phase. The slack tells when nothing can touch within a social period at
-all, which spares both engines the looking.
+A disc touches a disc or segment if their distance is below the sum of the radii, strictly, as in
+Chipmunk's narrow phase. A positive slack excludes contacts within a social period, so that both
+engines can skip the test.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from hazbot_gym.core.state import (
     Records,
 )
 
-TOP_SPEED_MPS = 2.0  # the robot is never this fast
-ENOUGH_M = 1.0  # slack beyond which nobody needs to know how much
+TOP_SPEED_MPS = 2.0  # upper bound of the robot's speed
+ENOUGH_M = 1.0  # cap of the slack
 
 
 @scalar
@@ -37,16 +37,16 @@ def wall_distance(robot: Record, walls: Floats, within_m: float) -> float:
 
 @scalar
 def slack(people: Records, walls: Floats, robot: Record, dt_s: float) -> float:
-    """Return how far everything stays from touching the robot within dt, at least [m].
+    """Return a lower bound of the clearance to any contact within dt [m].
 
-    What is more than a metre clear of that counts as a metre.
+    It is capped at 1 m.
     """
     reach_m = ROBOT_RADIUS_M + TOP_SPEED_MPS * dt_s
     left_m = wall_distance(robot, walls, reach_m + ENOUGH_M) - reach_m
     for i in range(people.shape[0]):
         me = people[i]
         dx, dy = abs(me.x - robot.x), abs(me.y - robot.y)
-        stride_m = (abs(me.vx) + abs(me.vy)) * dt_s  # at least what it makes within dt
+        stride_m = (abs(me.vx) + abs(me.vy)) * dt_s  # bound of its travel within dt
         if me.status == PRESENT and max(dx, dy) < reach_m + me.radius + stride_m + ENOUGH_M:
             gap_m = norm(dx, dy) - me.radius - norm(me.vx, me.vy) * dt_s
             left_m = min(left_m, gap_m - reach_m)
@@ -55,13 +55,13 @@ def slack(people: Records, walls: Floats, robot: Record, dt_s: float) -> float:
 
 @scalar
 def find_contact(people: Records, walls: Floats, robot: Record, elapsed_s: float) -> int:
-    """Return whom the robot touches, ``WALL`` or ``NO_CONTACT``; of several people the first.
+    """Return the index of the first touched person, ``WALL`` or ``NO_CONTACT``.
 
     Args:
-        people: (P,) PERSON records as they stood at the last social step.
+        people: (P,) PERSON records at the last social step.
         walls: (W, 4) segments [m].
         robot: The robot's record.
-        elapsed_s: Time since that social step, for which people kept their velocity [s].
+        elapsed_s: Time since that social step, at constant velocities [s].
     """
     for i in range(people.shape[0]):
         me = people[i]

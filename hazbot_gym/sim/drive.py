@@ -1,10 +1,11 @@
-"""The execution layer: from a commanded speed to the robot's motion along its path.
+"""Drive: from a commanded speed to the robot's motion along its path.
 
 Once every physics step: slew limit -> reference point on the path -> tracking law (12c) -> wheel
-speeds (13) -> wheel loops (14, 15) on mismatched motors -> pose (1-3). The order of the steps is
-that of SPEC section 5, whose figures it reproduces. Left out: slip, steering by the policy.
+speeds (13) -> wheel loops (14, 15) on mismatched motors -> pose (1-3). This order of the steps
+reproduces the figures of the paper's circle (docs/paper.md). Left out: slip, steering by the
+policy.
 
-What happens in a physics step is in ``lanes.py``, for many robots side by side.
+The physics step is in ``lanes.py``, vectorized over robots.
 """
 
 from __future__ import annotations
@@ -34,8 +35,8 @@ if TYPE_CHECKING:
     from hazbot_gym.config import Drive
 
 WHEEL_LOOPS = ("fuzzy_pid", "pid", "ideal")
-MOST_STEPS_ALONE = 20_000_000  # seconds of computing; a path of kilometers takes fewer
-LOST_M = 1.0  # along-track error with which nobody arrives: the wheel loop has diverged
+MOST_STEPS_ALONE = 20_000_000  # limit of computing time [s], ample for a path of kilometers
+LOST_M = 1.0  # along-track error of a diverged wheel loop
 
 
 def drive_parameters(drive: Drive, physics_s: float) -> DriveParameters:
@@ -61,15 +62,15 @@ def drive_parameters(drive: Drive, physics_s: float) -> DriveParameters:
 def give_command(
     robot: Record, command_mps: float, stops: bool, pending: Floats, step: int
 ) -> None:
-    """Give a robot its command, and let its drive obey the one of some decisions ago.
+    """Queue a command, and apply the command of ``latency`` decisions ago.
 
-    A stop by reflex is the drive's own: it is obeyed at once.
+    A reflex stop applies immediately.
 
     Args:
-        robot: Whom to command.
-        command_mps: What the policy asks for [m/s].
+        robot: The robot's record.
+        command_mps: Command of the policy [m/s].
         stops: Whether the robot stops by reflex instead.
-        pending: (latency + 1,) a ring of commands that the drive has still to obey [m/s].
+        pending: (latency + 1,) ring buffer of pending commands [m/s].
         step: Number of the decision since the reset.
     """
     robot.command = 0.0 if stops else command_mps
@@ -93,7 +94,7 @@ def update_pose_error(robot: Record, path: Records) -> None:
 def command_robot(
     robots: Records, command_mps: float, stops: bool, pending: Floats, step: int
 ) -> None:
-    """Give the robot its command; ``give_command`` for an array of one record."""
+    """Command the robot; ``give_command`` for an array of one record."""
     give_command(robots[0], command_mps, stops, pending, step)
 
 
@@ -109,7 +110,7 @@ def drive(
     substeps: int,
     lanes: Records,
 ) -> None:
-    """Drive one robot for some physics steps at the speed that it obeys.
+    """Drive one robot for some physics steps at its effective command.
 
     Args:
         robots: (1,) record of type ``ROBOT``, changed in place like the wheels.
@@ -119,8 +120,8 @@ def drive(
         gain_table: From ``core.fuzzy_pid.gain_table``.
         key: Key of the scenario's noise.
         first_step: Physics steps since the start of the episode.
-        substeps: How many physics steps to drive.
-        lanes: (1,) record of type ``DRIVE_LANES`` to work in.
+        substeps: Number of physics steps.
+        lanes: (1,) record of type ``DRIVE_LANES``, scratch.
     """
     p = drive_values(parameters[0])
     load_lane(lanes[0], 0, robots[0], wheels, np.uint64(key), first_step)
@@ -139,9 +140,9 @@ def place_robot(
     p: DriveParameters,
     gain_table: Floats,
 ) -> None:
-    """Place the robot at the start of its path, at rest or already rolling on it at a speed [m/s].
+    """Place the robot at the start of its path, at an initial speed [m/s].
 
-    A rolling robot's wheel loops are settled: their integrals hold just the input it takes.
+    Its wheel loops start in steady state: their integrals hold the required input.
     """
     robot.x, robot.y, robot.theta, curvature = path_pose(path, 0.0)
     robot.v, robot.omega = speed_mps, speed_mps * curvature
@@ -154,7 +155,7 @@ def place_robot(
         wheel.speed = speeds[i]
         wheel.drive = speeds[i] / motor_gain(p.plant, i == RIGHT)
         wheel.integral = wheel.drive / ki if ki > 0.0 else 0.0
-        wheel.error = np.nan  # there is no sample yet
+        wheel.error = np.nan  # no sample yet
         wheel.derivative = 0.0
 
 
@@ -167,7 +168,7 @@ def start_drive(
     parameters: Records,
     gain_table: Floats,
 ) -> None:
-    """Start a drive; ``place_robot`` for arrays of one record."""
+    """Initialize a drive; ``place_robot`` for arrays of one record."""
     place_robot(robots[0], wheels, path, speed_mps, parameters[0], gain_table)
 
 
@@ -201,13 +202,13 @@ def free_time_s(
     start_speed_mps: float = 0.0,
     arrival_tolerance_m: float = 0.0,
 ) -> float:
-    """Return how long the robot takes along a path at full speed, alone and without noise [s].
+    """Return the travel time of a path at full speed, without people and noise [s].
 
-    It has arrived when ``s + x_e``, its own place on the path, is within the tolerance of the end.
+    It has arrived once ``s + x_e``, its actual place on the path, is within tolerance of the end.
 
     Raises:
-        InvalidInput: the drive does not reach the end in ten times the time at nominal speed, or
-            that time is far beyond every episode.
+        InvalidInput: the drive does not reach the end within ten times the time at nominal speed,
+            or that time exceeds every horizon.
     """
     robots, wheels = records(ROBOT, 1), records(WHEEL, 2)
     quiet = parameters.copy()

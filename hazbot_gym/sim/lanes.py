@@ -1,9 +1,9 @@
-"""Robots driven side by side, each field of robot and wheels an array over lanes.
+"""Vectorized drive: each field of robot and wheels is an array over lanes (robots).
 
-The batched engine fills all lanes with different worlds, the reference engine one of them. No lane
-knows of another. The loops over lanes are written so that they compile to vector instructions, four
-lanes at a time: no calls, no branches that differ between lanes, values instead of records for
-parameters. What cannot be written so, curves and the gain table, stands in loops of its own.
+The batched engine fills all lanes with different worlds, the reference engine a single lane. Lanes
+are independent. The loops over lanes compile to vector instructions, four lanes at a time: no
+calls, no branches that differ between lanes, parameters as values instead of records. Code that
+cannot be vectorized, curves and the gain table, has separate loops.
 """
 
 from __future__ import annotations
@@ -45,13 +45,13 @@ DRIVE_LANES = np.dtype(
         *((name, *_EACH_WHEEL) for name in WHEEL.names or ()),
     ],
     align=True,
-)  # fields of ROBOT and WHEEL, each as an array over lanes, and what a step works with
+)  # fields of ROBOT and WHEEL as arrays over lanes, and scratch fields of a step
 
 FUZZY_PID, PID, IDEAL = 0, 1, 2
 
 
 class DriveParameters(NamedTuple):
-    """The ``drive`` section of the config as numbers; ``as_record`` makes it ready for kernels."""
+    """The ``drive`` section of the config as numbers; ``as_record`` converts it for kernels."""
 
     dt_s: float  # physics step [s]
     nominal_speed_mps: float
@@ -70,7 +70,7 @@ class DriveParameters(NamedTuple):
 
 @scalar
 def drive_values(p: Record) -> DriveParameters:
-    """Return the parameters as values: what a loop reads from memory might change under it."""
+    """Return the parameters as values, which the compiler can keep in registers."""
     chassis, plant = p.chassis, p.plant
     return DriveParameters(
         p.dt_s, p.nominal_speed_mps, p.acceleration_mps2, p.deceleration_mps2, p.wheel_loop,
@@ -94,11 +94,11 @@ def drive_values(p: Record) -> DriveParameters:
 def load_lane(
     lanes: Record, i: int, robot: Record, wheels: Records, key: np.uint64, step: int
 ) -> None:
-    """Take a robot and its wheels into lane i.
+    """Load a robot and its wheels into lane i.
 
     Args:
         lanes: Record of type ``DRIVE_LANES``.
-        i: Which lane.
+        i: Index of the lane.
         robot: Record of type ``ROBOT``.
         wheels: (2,) records of type ``WHEEL``.
         key: Key of the scenario's noise.
@@ -120,7 +120,7 @@ def load_lane(
 
 @scalar
 def store_lane(lanes: Record, i: int, robot: Record, wheels: Records) -> None:
-    """Write lane i back to its robot and wheels, which have made at least one step in it."""
+    """Store lane i to its robot and wheels, after at least one step."""
     robot.v_ref, robot.s, robot.y_seen = lanes.v_ref[i], lanes.s[i], lanes.y_seen[i]
     robot.x, robot.y, robot.theta = lanes.x[i], lanes.y[i], lanes.theta[i]
     robot.v, robot.omega = lanes.v[i], lanes.omega[i]
@@ -136,13 +136,13 @@ def store_lane(lanes: Record, i: int, robot: Record, wheels: Records) -> None:
 
 @scalar
 def aim_lane(lanes: Record, i: int, path: Records, reach_m: float) -> None:
-    """Note along which line lane i's reference point runs, if it stays on one for a while.
+    """Set the line of lane i's reference point, if it stays on a straight piece for a while.
 
     Args:
         lanes: Record of type ``DRIVE_LANES``.
-        i: Which lane.
+        i: Index of the lane.
         path: (M,) records of type ``PATH_PIECE``.
-        reach_m: How far the reference point may come before the lane is aimed again [m].
+        reach_m: Distance until the lane is aimed again [m].
     """
     piece = path[piece_at(path, lanes.s[i])]
     is_last = piece.s + piece.length >= path_length(path)
@@ -155,7 +155,7 @@ def aim_lane(lanes: Record, i: int, path: Records, reach_m: float) -> None:
 
 @scalar
 def follow_lane(lanes: Record, i: int, path: Records) -> None:
-    """Put lane i's reference point onto its path where that is not a line."""
+    """Compute lane i's reference pose on a piece that is not straight."""
     if not lanes.is_straight[i]:
         lanes.x_r[i], lanes.y_r[i], lanes.theta_r[i], lanes.curvature[i] = path_pose(
             path, lanes.s[i]
@@ -164,9 +164,9 @@ def follow_lane(lanes: Record, i: int, path: Records) -> None:
 
 @scalar
 def follow_lines(lanes: Record) -> None:
-    """Put the reference points of all lanes onto their lines; ``follow_lane`` has the exceptions.
+    """Compute the reference poses of all lanes on straight pieces; ``follow_lane`` for others.
 
-    On a line ``path_pose`` is just this.
+    Equivalent to ``path_pose`` on a line.
     """
     for i in range(LANES):
         along = lanes.s[i] - lanes.s_0[i]
@@ -179,7 +179,7 @@ def follow_lines(lanes: Record) -> None:
 
 @scalar
 def slew(speed_mps: float, command_mps: float, p: DriveParameters) -> float:
-    """Return the reference speed one physics step later, on its way to the command [m/s]."""
+    """Return the slew-limited reference speed one physics step later [m/s]."""
     change = command_mps - speed_mps
     return speed_mps + clip(change, -p.deceleration_mps2 * p.dt_s, p.acceleration_mps2 * p.dt_s)
 
@@ -214,14 +214,14 @@ def _disturb(lanes: Record, p: DriveParameters) -> None:
 
 @scalar
 def _steer(lanes: Record, p: DriveParameters) -> None:
-    """Let the reference points gain speed, and ask the wheels for speeds that follow them."""
+    """Advance the reference speeds, and compute the wheel speeds that track them."""
     for i in range(LANES):
         _ask_wheels(lanes, i, _measured_error(lanes, i), p)
 
 
 @scalar
 def _steer_by_line(lanes: Record, p: DriveParameters) -> None:
-    """Do the same, with the cross-track error that the lamps see."""
+    """Do the same, with the cross-track error of the line sensor."""
     for i in range(LANES):
         error = _measured_error(lanes, i)
         lanes.y_seen[i] = seen_offset(error.y, lanes.y_seen[i], p.line)
@@ -230,14 +230,14 @@ def _steer_by_line(lanes: Record, p: DriveParameters) -> None:
 
 @scalar
 def _measured_error(lanes: Record, i: int) -> Pose:
-    """Return the pose error of a robot that is uncertain of its heading."""
+    """Return the pose error with heading noise."""
     measured = Pose(lanes.x[i], lanes.y[i], lanes.theta[i] + lanes.heading_noise[i])
     return pose_error(measured, Pose(lanes.x_r[i], lanes.y_r[i], lanes.theta_r[i]))
 
 
 @scalar
 def _ask_wheels(lanes: Record, i: int, error: Pose, p: DriveParameters) -> None:
-    """Ask the wheels for speeds that remove an error while the reference point gains speed."""
+    """Compute the desired wheel speeds from a pose error."""
     v_ref = slew(lanes.v_ref[i], lanes.command[i], p)
     velocity = tracking_law(error, Twist(v_ref, v_ref * lanes.curvature[i]), p.tracking)
     w1, w2 = wheel_speeds(velocity, p.chassis)
@@ -246,7 +246,7 @@ def _ask_wheels(lanes: Record, i: int, error: Pose, p: DriveParameters) -> None:
 
 @scalar
 def _measure(lanes: Record, w: int, p: DriveParameters) -> None:
-    """Take the control errors of the wheels on one side."""
+    """Compute the control errors of the wheels on one side."""
     for i in range(LANES):
         error = lanes.wanted[w, i] - (lanes.speed[w, i] + lanes.noise[w, i])
         lanes.derivative[w, i] = filtered_derivative(
@@ -258,7 +258,7 @@ def _measure(lanes: Record, w: int, p: DriveParameters) -> None:
 
 @scalar
 def _turn(lanes: Record, w: int, p: DriveParameters) -> None:
-    """Drive the motors on one side."""
+    """Step the motors on one side."""
     gain = motor_gain(p.plant, w == RIGHT)
     for i in range(LANES):
         gains = PidGains(lanes.kp[w, i], lanes.ki[w, i], lanes.kd[w, i])
@@ -270,7 +270,7 @@ def _turn(lanes: Record, w: int, p: DriveParameters) -> None:
 
 @scalar
 def _roll(lanes: Record, p: DriveParameters) -> None:
-    """Move the robots as their wheels turn, and the reference points along the path."""
+    """Integrate the poses of the robots, and advance the reference points."""
     for i in range(LANES):
         actual = body_velocity(lanes.speed[RIGHT, i], lanes.speed[LEFT, i], p.chassis)
         pose = arc_step(Pose(lanes.x[i], lanes.y[i], lanes.theta[i]), actual, p.dt_s)
@@ -281,7 +281,7 @@ def _roll(lanes: Record, p: DriveParameters) -> None:
 
 @routine
 def drive_step(lanes: Record, p: DriveParameters, gain_table: Floats) -> None:
-    """Advance all lanes by one physics step towards their commands; reference poses are set.
+    """Advance all lanes by one physics step; requires current reference poses.
 
     Args:
         lanes: Record of type ``DRIVE_LANES``.
@@ -310,7 +310,7 @@ def drive_step(lanes: Record, p: DriveParameters, gain_table: Floats) -> None:
 
 @scalar
 def drive_alone(lanes: Record, i: int, path: Records, p: DriveParameters, table: Floats) -> None:
-    """Advance the robot in lane i, the only one that counts, by one physics step on its path."""
+    """Advance the robot in lane i alone by one physics step on its path."""
     aim_lane(lanes, i, path, p.nominal_speed_mps * p.dt_s)
     follow_lines(lanes)
     follow_lane(lanes, i, path)

@@ -1,8 +1,8 @@
-"""How people move: one social step turns their state into velocities that hold until the next.
+"""Pedestrian simulation: a social step computes velocities, constant until the next step.
 
-Three models share one record type: scripted walkers stay on their route whatever happens,
-social-force walkers answer to people, walls and the robot, and replayed people follow a recording.
-People pick their velocities simultaneously, from everybody's old ones.
+Three models share one record type: scripted walkers follow their route without reacting,
+social-force walkers react to people, walls and the robot, and replayed people follow a recording.
+Velocities are updated simultaneously, from the previous ones.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ from hazbot_gym.sim.spacing import ROBOT_MARGIN_M, keep_off_robot
 from hazbot_gym.sim.walkers import Bench, force_values, put_down, take_up, walk
 from hazbot_gym.sim.walking import lane_point
 
-ENTRY_ROOM_M = 0.45  # nobody enters where somebody stands within this distance: bodies nearly touch
-ROBOT_ENTRY_ROOM_M = 2.0  # nor this near to the robot
-CATCH_UP_MPS = 2.5  # how fast a replayed person who went round the robot returns to its track
+ENTRY_ROOM_M = 0.45  # required distance to other people at entry
+ROBOT_ENTRY_ROOM_M = 2.0  # and to the robot
+CATCH_UP_MPS = 2.5  # rate of return of a replayed person to its track after avoiding the robot
 
 
 @scalar
 def _is_clear(people: Records, i: int, robot: Record) -> bool:
-    """Tell whether there is room for person i to enter."""
+    """Return True if there is room for person i to enter."""
     me = people[i]
     if norm(robot.x - me.x, robot.y - me.y) < ROBOT_ENTRY_ROOM_M:
         return False
@@ -52,7 +52,7 @@ def _is_clear(people: Records, i: int, robot: Record) -> bool:
 
 @scalar
 def _follow_script(me: Record, routes: Floats, dt_s: float) -> None:
-    """Set the next velocity of a scripted walker, so that it ends the step on its lane."""
+    """Set the next velocity of a scripted walker such that the step ends on its lane."""
     x, y = lane_point(routes, me, me.s + me.desired_speed * dt_s)
     me.next_vx = (x - me.x) / dt_s
     me.next_vy = (y - me.y) / dt_s
@@ -64,8 +64,7 @@ def _follow_recording(
 ) -> None:
     """Set the next velocity of replayed person i.
 
-    People walk as recorded, but round a robot that stands in their way: nobody there had one to
-    see.
+    People follow the recording, but avoid the robot, which the recording does not contain.
     """
     me = people[i]
     if step + 1 >= recording.steps:
@@ -95,7 +94,7 @@ def _follow_recording(
 
 @scalar
 def _enter(people: Records, i: int, robot: Record, time_s: float) -> None:
-    """Let a waiting person in when its time has come; reacting people wait until there is room."""
+    """Let a person enter at its start time; reactive people wait until there is room."""
     me = people[i]
     if time_s < me.enters_s - 1e-9:
         return
@@ -105,7 +104,7 @@ def _enter(people: Records, i: int, robot: Record, time_s: float) -> None:
 
 @scalar
 def _advance(me: Record, routes: Floats, dt_s: float) -> None:
-    """Note how far a walker has come since the last social step; at its route's end it is gone."""
+    """Update a walker's progress along its route; remove it at the end."""
     if me.model == SCRIPTED:
         me.s += me.desired_speed * dt_s
     else:
@@ -120,10 +119,10 @@ def begin_social_step(
     people: Records, place: Place, robot: Record, force: SocialForce, reactions: Records,
     recording: Stretch, key: np.uint64, step: int, dt_s: float, bench: Bench, walkers: int,
 ) -> int:  # fmt: skip
-    """Let people come and go, and put those who walk by social forces on a bench.
+    """Add and remove people, and load the social-force walkers into the workspace.
 
-    Besides the arguments of ``social_step``: how many of other worlds are on the bench already.
-    Returns how many are on it now.
+    Arguments as in ``social_step``, and the number of walkers already in the workspace. Returns the
+    new number.
     """
     for i in range(people.shape[0]):
         me = people[i]
@@ -156,10 +155,9 @@ def begin_social_step(
 def end_social_step(
     people: Records, place: Place, robot: Record, dt_s: float, bench: Bench, walkers: int
 ) -> int:
-    """Give people the velocities they chose; ``walkers`` of other worlds were on the bench before.
+    """Store the chosen velocities; ``walkers`` is the number of earlier walkers in the workspace.
 
-    Returns:
-        How many are, with these.
+    Returns: The number including this world's walkers.
     """
     for i in range(people.shape[0]):
         if people[i].model == SOCIAL_FORCE and people[i].status == PRESENT:
@@ -178,7 +176,7 @@ def social_step(
     people: Records, place: Place, robot: Record, force: Record, reactions: Records,
     recording: Stretch, key: np.uint64, step: int, dt_s: float, bench: Bench,
 ) -> None:  # fmt: skip
-    """Give every person of one world the velocity that it keeps for the next social period.
+    """Compute the velocity of every person of one world for the next social period.
 
     Args:
         people: (P,) PERSON records, changed in place.
@@ -190,7 +188,7 @@ def social_step(
         key: Key of the scenario's noise.
         step: Number of this social step since the reset.
         dt_s: Social period [s].
-        bench: Room for P walkers.
+        bench: Workspace for P walkers.
     """
     values = force_values(force)
     count = begin_social_step(
@@ -202,7 +200,7 @@ def social_step(
 
 @scalar
 def move_people(people: Records, dt_s: float) -> None:
-    """Move everybody present at the present velocity for some time."""
+    """Move all present people at constant velocity for some time."""
     for i in range(people.shape[0]):
         me = people[i]
         if me.status == PRESENT:

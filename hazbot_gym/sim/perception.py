@@ -1,7 +1,7 @@
-"""What the robot's sensors report: four ultrasonic readings, and people as a tracker sees them.
+"""Sensor models: four ultrasonic range readings, and a people tracker.
 
-All noise is a pure function of (key, stream, decision, index), so that a policy that drives
-differently does not shift anybody's random numbers.
+All noise is a pure function of (key, stream, decision, index), so that it does not depend on the
+policy's actions.
 """
 
 from __future__ import annotations
@@ -43,18 +43,18 @@ SENSORS = 4
 
 
 class TrackerParameters(NamedTuple):
-    """The config's ``Tracker`` as numbers for kernels, and what the labels need."""
+    """The config's ``Tracker`` as numbers for kernels, with parameters of the labels."""
 
     range_m: float
     position_noise_m: float
     velocity_noise_mps: float
     dropout: float
-    is_privileged: bool  # report the true state of everybody present
-    intended_speed_mps: float  # a stopped robot labels people by where it means to go
+    is_privileged: bool  # report the true state of all present people
+    intended_speed_mps: float  # heading speed assumed for the labels of a stopped robot
 
 
 class SensorParameters(NamedTuple):
-    """All that ``perceive`` needs to know; ``as_record`` makes it ready for kernels."""
+    """Parameters of ``perceive``; ``as_record`` converts it for kernels."""
 
     ultrasonic: Ultrasonic
     tracker: TrackerParameters
@@ -62,7 +62,7 @@ class SensorParameters(NamedTuple):
 
 
 def tracker_of(config: Config) -> Tracker:
-    """Return the people tracker of the config's tier; the privileged one makes no mistakes."""
+    """Return the people tracker of the config's tier; the privileged tracker has no errors."""
     tracker = config.sensors.tracker
     if config.tier != "privileged":
         return tracker
@@ -114,7 +114,7 @@ def sense_ranges(
     robot: Record, people: Records, walls: Floats, p: Ultrasonic, key: np.uint64, step: int,
     ranges: Floats,
 ) -> None:  # fmt: skip
-    """Write the four readings [m]; with sequential firing only one of them is new each decision."""
+    """Write the four readings [m]; with sequential firing, one reading is updated per decision."""
     u1 = uniform4(key, SONAR, step, 0)
     u2 = uniform4(key, SONAR, step, 1) if p.gaussian else u1
     u3 = uniform4(key, SONAR, step, 2) if p.cross_talk > 0.0 else u1
@@ -131,7 +131,7 @@ def sense_ranges(
             axis_x, axis_y = mounting(sensor ^ 1, sin_front, cos_front)  # its neighbour
             cone = turned(Cone(axis_x, axis_y, cos_half, sin_half), sin_t, cos_t)
             reading = min(reading, echo(cone, robot, people, walls, p))
-        if reading < p.range_m:  # silence carries no noise
+        if reading < p.range_m:  # no noise without an echo
             reading += noise_value(u1[sensor], u2[sensor], p.noise_m, p.gaussian)
         ranges[sensor] = min(max(reading, 0.0), p.range_m)
 
@@ -151,7 +151,7 @@ def remember(people: Records, history: Records, step: int) -> None:
 def _is_seen(
     seen: Record, distance: float, robot: Record, walls: Floats, t: TrackerParameters, u: float
 ) -> bool:
-    """Tell whether the tracker reports somebody: in range, in sight, and not missed by chance."""
+    """Return True if the tracker reports a person: in range, in line of sight, and not missed."""
     if seen.visible == 0 or t.is_privileged:
         return bool(seen.visible == 1)
     if distance > t.range_m or u < t.dropout:
@@ -164,11 +164,11 @@ def track_people(
     robot: Record, walls: Floats, history: Records, p: SensorParameters, key: np.uint64, step: int,
     tracks: Records,
 ) -> None:  # fmt: skip
-    """Write what the tracker reports, from the oldest row of the history (its latency).
+    """Write the tracker's report, from the oldest row of the history (its latency).
 
-    A person is reported within range and in line of sight, both from where the robot is now. The
-    pattern label is given within 3.6 m (Hall's social distance, as in the track counts) and then
-    kept while the person stays that near: it says how the two met, not what the geometry is later.
+    A person is reported within range and in line of sight, both from the robot's current pose. The
+    pattern label is assigned within 3.6 m (Hall's social distance, as in the track counts) and kept
+    while the person stays within: it describes the encounter, not the current geometry.
     """
     t = p.tracker
     row = (step + 1) % history.shape[0] if step + 1 >= history.shape[0] else 0
@@ -212,18 +212,18 @@ def perceive(
     ranges: Floats,
     tracks: Records,
 ) -> None:
-    """Write the sensors' reports at a decision.
+    """Update all sensors at a decision.
 
     Args:
         robots: (1,) record of the robot.
         people: (P,) PERSON records.
         walls: (W, 4) segments [m].
         parameters: (1,) record of ``SensorParameters``.
-        history: (latency + 1, P) TRACK records, the sensors' memory, changed.
+        history: (latency + 1, P) TRACK records, updated in place.
         key: Key of the scenario's noise.
         step: Number of the decision since the reset.
-        ranges: (4,) readings [m], written.
-        tracks: (P,) TRACK records, written.
+        ranges: (4,) readings [m], output.
+        tracks: (P,) TRACK records, output.
     """
     p = parameters[0]
     sense_ranges(robots[0], people, walls, p.ultrasonic, np.uint64(key), step, ranges)
@@ -232,7 +232,7 @@ def perceive(
 
 
 def blank_tracks(people: int) -> Records:
-    """Return tracks of which none is visible."""
+    """Return tracks without any visible person."""
     tracks = records(TRACK, people)
     tracks["pattern"] = NO_PATTERN
     return tracks

@@ -1,7 +1,7 @@
-"""Nobody walks into what is in plain reach, however the forces push.
+"""Collision avoidance of walkers: velocity limits towards near bodies and walls.
 
-Forces are soft. After them, what of a person's new velocity would lead into a body or a wall within
-the social step is taken away. People share the room between them, so that two who both keep to this
+Social forces are soft. Therefore components of a person's new velocity that would lead into a body
+or a wall within the social step are removed. Two people share the gap between them, so that they
 never overlap. A robot can still drive into people.
 """
 
@@ -11,15 +11,15 @@ from hazbot_gym.core.geometry import may_be_near, nearest_on_segment, norm
 from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, Place, Record, Records
 
-REACH_M = 1.0  # what is farther from a person's centre it cannot meet within a social step
-ROBOT_MARGIN_M = 0.05  # clearance that people keep from the robot when they can
+REACH_M = 1.0  # obstacles beyond this distance are out of reach within a social step
+ROBOT_MARGIN_M = 0.05  # clearance that people keep from the robot if possible
 
 
 @scalar
 def hold_back(
     vx: float, vy: float, dx: float, dy: float, limit_mps: float, may_slide: bool
 ) -> tuple[float, float]:
-    """Return a velocity with at most a limit in the direction (dx, dy).
+    """Limit the component of a velocity in the direction (dx, dy).
 
     Args:
         vx: Velocity [m/s].
@@ -27,7 +27,7 @@ def hold_back(
         dx: Direction of the obstacle, of any length.
         dy: The same, other axis.
         limit_mps: Largest speed in that direction; negative counts as zero.
-        may_slide: Whether to keep the velocity across that direction, or to slow down as a whole.
+        may_slide: Whether to keep the perpendicular component, or to scale the whole velocity.
     """
     distance = max(norm(dx, dy), 1e-6)
     nx, ny = dx / distance, dy / distance
@@ -43,7 +43,7 @@ def hold_back(
 def keep_off_robot(
     me: Record, robot: Record, vx: float, vy: float, dt_s: float, may_slide: bool
 ) -> tuple[float, float]:
-    """Return a person's velocity without what would lead it into the robot within the step."""
+    """Limit a person's velocity such that it does not reach the robot within the step."""
     dx, dy = robot.x - me.x, robot.y - me.y
     if abs(dx) + abs(dy) > REACH_M + ROBOT_RADIUS_M:
         return vx, vy
@@ -55,10 +55,10 @@ def keep_off_robot(
 def _keep_off_all(
     people: Records, i: int, place: Place, robot: Record, dt_s: float, may_slide: bool
 ) -> bool:
-    """Hold person i back from everything in reach; tell whether that was needed."""
+    """Limit person i's velocity towards all obstacles in reach; return True if it changed."""
     me = people[i]
     vx, vy = me.next_vx, me.next_vy
-    stride_m = norm(vx, vy) * dt_s  # which holding back makes no longer
+    stride_m = norm(vx, vy) * dt_s  # never increased by the limits
     for j in range(people.shape[0]):
         other = people[j]
         dx, dy = other.x - me.x, other.y - me.y
@@ -84,9 +84,9 @@ def _keep_off_all(
 
 @scalar
 def keep_apart(people: Records, i: int, place: Place, robot: Record, dt_s: float) -> None:
-    """Take away what of person i's next velocity would lead into a body or a wall within the step.
+    """Limit person i's next velocity towards bodies and walls within the step.
 
-    It slides along each obstacle in turn; where one lets it slide into another, it slows down.
+    It slides along each obstacle in turn; if sliding leads into another obstacle, it slows down.
     """
     if _keep_off_all(people, i, place, robot, dt_s, True):
         _keep_off_all(people, i, place, robot, dt_s, False)

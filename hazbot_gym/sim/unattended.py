@@ -1,4 +1,4 @@
-"""People among themselves: how they walk where no robot is."""
+"""Pedestrians-only simulation, without the robot."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from hazbot_gym.core.state import PERSON, ROBOT, Place, Records, as_record, reco
 from hazbot_gym.sim.people import move_people, social_step
 from hazbot_gym.sim.walkers import Bench, make_bench
 
-FAR_AWAY_M = 1e6  # where a robot is that nobody meets
+FAR_AWAY_M = 1e6  # position of a robot out of everyone's reach
 
 
 def walk_unattended(
     people: Records, place: Place, force: SocialForce, *, key: int, steps: int, dt_s: float
 ) -> Records:
-    """Return everybody at every social step, as it is from then on: (steps, P) PERSON records.
+    """Simulate people only; return (steps, P) PERSON records at every social step.
 
     Args:
         people: (P,) PERSON records at time zero, changed in place.
         place: Walls and routes.
         force: Constants of the walking model.
         key: Key of the fluctuations.
-        steps: How many social steps.
+        steps: Number of social steps.
         dt_s: Social period [s].
     """
     return next(walk_in_parts(people, place, force, key=key, steps=steps, dt_s=dt_s, part=steps))
@@ -36,10 +36,10 @@ def walk_in_parts(
     people: Records, place: Place, force: SocialForce, *,
     key: int, steps: int, dt_s: float, part: int,
 ) -> Iterator[Records]:  # fmt: skip
-    """Yield what ``walk_unattended`` returns, ``part`` steps at a time."""
+    """Yield the result of ``walk_unattended`` in chunks of ``part`` steps."""
     robot = records(ROBOT, 1)
     robot["x"] = FAR_AWAY_M
-    # One for every reaction that a person may carry; compiled code does not check an index.
+    # One for every possible reaction; compiled code does not check an index.
     reactions = np.repeat(as_record(ATTENTIVE), 1 + people["reaction"].max(initial=0))
     bench = make_bench(len(people))
     for first in range(0, steps, part):

@@ -1,9 +1,9 @@
-"""Walkers side by side: how those of one or of many worlds choose a velocity together.
+"""Vectorized social-force walkers, of one or many worlds.
 
-People who walk by social forces are taken up from their worlds, each into a lane of a bench. Only
-pushes that count are worked out: who and what is near is noted first, whoever it concerns. Then all
-choose, and are put down again. No walker's choice depends on who else is on the bench. As in
-``lanes.py`` the loops over lanes compile to vector instructions.
+Social-force walkers are loaded from their worlds into lanes of a workspace. First the pairs within
+interaction range are collected; then all forces and velocities are computed, and the results
+stored. No walker's result depends on other walkers in the workspace. As in ``lanes.py`` the loops
+over lanes compile to vector instructions.
 """
 
 from __future__ import annotations
@@ -37,42 +37,42 @@ WALKERS = np.dtype(
         ("key", "u8", (LANES,)),
         ("step", "i8", (LANES,)),
         ("person", "i8", (LANES,)),
-        # What people and walls make them do, apart: no sum may depend on who else is there.
+        # Forces of people and walls, separately, so that sums do not depend on other walkers.
         *((name, "f8", (2, LANES)) for name in ("ax", "ay")),
-        *((name, *_EACH) for name in ("next_vx", "next_vy", "blocked")),  # what they choose
+        *((name, *_EACH) for name in ("next_vx", "next_vy", "blocked")),  # chosen velocity
     ],
     align=True,
 )
 PUSHES = np.dtype(
     [
         ("count", "i8"),  # lanes in use
-        ("walker", "i8", (LANES,)),  # who is pushed
-        *((name, *_EACH) for name in ("x", "y", "vx", "vy")),  # of me, seen from the other
+        ("walker", "i8", (LANES,)),  # index of the pushed walker
+        *((name, *_EACH) for name in ("x", "y", "vx", "vy")),  # relative to the other
         *((name, *_EACH) for name in ("reach", "ex", "ey", "is_head_on")),
-        *((name, *_EACH) for name in ("x1", "y1", "x2", "y2")),  # of a wall, seen from me
+        *((name, *_EACH) for name in ("x1", "y1", "x2", "y2")),  # of a wall, relative to the walker
         *((name, *_EACH) for name in ("fx", "fy")),
     ],
     align=True,
 )
 
 
-BY_PEOPLE, BY_WALLS = 0, 1  # who pushes
+BY_PEOPLE, BY_WALLS = 0, 1  # source of the force
 
 
 class Bench(NamedTuple):
-    """What walkers are put on while they choose."""
+    """Workspace of the vectorized walker update."""
 
     walkers: Records  # (C,) WALKERS
     pushes: Records  # (2,) PUSHES by people and by walls
 
 
 def make_bench(walkers: int) -> Bench:
-    """Return room for a number of walkers."""
+    """Return a workspace for a number of walkers."""
     chunks = max(-(-walkers // LANES), 1)
     return Bench(records(WALKERS, chunks), records(PUSHES, 2))
 
 
-# --- taking up -----------------------------------------------------------------------------------
+# --- loading -------------------------------------------------------------------------------------
 
 
 @scalar
@@ -80,10 +80,10 @@ def take_up(
     bench: Bench, w: int, people: Records, i: int, place: Place, robot: Record, robot_vx: float,
     robot_vy: float, force: SocialForce, reaction: Reaction, key: np.uint64, step: int,
 ) -> None:  # fmt: skip
-    """Make person i walker w, and note who and what pushes it.
+    """Load person i as walker w, and collect its neighbours and walls.
 
     Args:
-        bench: What is worked on; changed like all that follows from it.
+        bench: Workspace, changed in place.
         w: Number of the walker: 0 for the first, and so on.
         people: (P,) PERSON records of its world.
         i: Its index among them.
@@ -92,7 +92,7 @@ def take_up(
         robot_vx: Its velocity, world axes [m/s].
         robot_vy: The same, other axis [m/s].
         force: Constants of the walking model.
-        reaction: How it answers to the robot.
+        reaction: Its reaction to the robot.
         key: Key of the scenario's noise.
         step: Number of this social step since the reset.
     """
@@ -113,7 +113,7 @@ def take_up(
 
 @scalar
 def _note_people(bench: Bench, w: int, people: Records, i: int, force: SocialForce) -> None:
-    """Note the other people near person i, who is walker w."""
+    """Collect the people near person i, walker w."""
     me, pushes = people[i], bench.pushes[BY_PEOPLE]
     lane, chunk = w % LANES, bench.walkers[w // LANES]
     ex, ey = chunk.ex[lane], chunk.ey[lane]
@@ -135,7 +135,7 @@ def _note_people(bench: Bench, w: int, people: Records, i: int, force: SocialFor
 
 @scalar
 def _note_walls(bench: Bench, w: int, me: Record, walls: Floats, force: SocialForce) -> None:
-    """Note the walls near a person who is walker w."""
+    """Collect the walls near walker w."""
     pushes, reach = bench.pushes[BY_WALLS], me.radius + WALL_REACH * force.wall_range_m
     for i in range(walls.shape[0]):
         if not may_be_near(me.x, me.y, walls[i, 0], walls[i, 1], walls[i, 2], walls[i, 3], reach):
@@ -154,7 +154,7 @@ def _note_walls(bench: Bench, w: int, me: Record, walls: Floats, force: SocialFo
 
 @scalar
 def force_values(force: Record) -> SocialForce:
-    """Return the constants as values: what a loop reads from memory might change under it."""
+    """Return the constants as values, which the compiler can keep in registers."""
     return SocialForce(
         force.relaxation_time_s, force.typical_speed_mps, force.speed_limit_ratio,
         force.person_strength_mps2, force.person_range_m, force.step_time_s,
@@ -166,7 +166,7 @@ def force_values(force: Record) -> SocialForce:
 
 @routine
 def push_by_people(bench: Bench, force: SocialForce) -> None:
-    """Work out the pushes by people that are noted, and clear the notes."""
+    """Compute the collected forces by people, and clear the list."""
     p = bench.pushes[BY_PEOPLE]
     for k in range(LANES):
         p.fx[k], p.fy[k] = body_push(
@@ -178,7 +178,7 @@ def push_by_people(bench: Bench, force: SocialForce) -> None:
 
 @routine
 def push_by_walls(bench: Bench, force: SocialForce) -> None:
-    """Work out the pushes by walls that are noted, and clear the notes."""
+    """Compute the collected forces by walls, and clear the list."""
     p = bench.pushes[BY_WALLS]
     for k in range(LANES):
         x, y = nearest_on_segment(0.0, 0.0, p.x1[k], p.y1[k], p.x2[k], p.y2[k])
@@ -207,7 +207,7 @@ def _add_up(pushes: Record, source: int, walkers: Records) -> None:
 
 @routine
 def walk(bench: Bench, count: int, force: SocialForce, dt_s: float) -> None:
-    """Let the first walkers of a bench choose the velocity that they mean to have after dt."""
+    """Compute the desired velocity after dt of the first walkers of a workspace."""
     push_by_people(bench, force)
     push_by_walls(bench, force)
     for k in range((count + LANES - 1) // LANES):
@@ -246,7 +246,7 @@ def _choose(c: Record, force: SocialForce, dt_s: float) -> None:
 def put_down(
     bench: Bench, w: int, people: Records, i: int, place: Place, robot: Record, dt_s: float
 ) -> None:
-    """Give person i what it chose as walker w, less what would lead it into something."""
+    """Store walker w's velocity to person i, limited towards obstacles."""
     me, lane, chunk = people[i], w % LANES, bench.walkers[w // LANES]
     me.blocked = chunk.blocked[lane]
     me.next_vx, me.next_vy = chunk.next_vx[lane], chunk.next_vy[lane]

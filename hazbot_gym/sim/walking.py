@@ -1,11 +1,10 @@
-"""How a social-force walker chooses its velocity among people, walls and a robot.
+"""Social force model of a walker among people, walls and a robot.
 
     dv/dt = (v0 e - v)/tau + v0/v_typical (f_people + f_walls + f_robot + fluctuation)
 
 The forces are those of ``core.social_force``; e points to the walker's lane ahead. Their constants
-hold for people who walk at a typical speed. Slower ones answer in proportion, so that a stroller
-takes the same way round a robot as anybody else, instead of being driven off by forces far beyond
-its own.
+hold for people at a typical walking speed. Forces scale with the desired speed, so that slow
+walkers take the same route around a robot instead of being pushed away.
 """
 
 from __future__ import annotations
@@ -22,20 +21,20 @@ from hazbot_gym.core.social_force import (
 )
 from hazbot_gym.core.state import ROBOT_RADIUS_M, Floats, Record
 
-LOOK_AHEAD_M = 1.0  # how far ahead on the lane people aim
-SIDESTEP_LENGTH_M = 1.5  # over which a scripted walker changes its lane
-BLOCKING_RANGE_M = 2.0  # clearance within which the robot can stand in somebody's way
-WALL_REACH = 7.0  # ranges of the wall force beyond which it is nil (1e-3 of its strength)
-# People are answered to while |x| + |y| is at most this; those who come no nearer push by less than
-# 0.05 m/s^2 beyond the second range already.
+LOOK_AHEAD_M = 1.0  # look-ahead distance on the lane
+SIDESTEP_LENGTH_M = 1.5  # distance of a scripted lane change
+BLOCKING_RANGE_M = 2.0  # clearance within which the robot can block a walker
+WALL_REACH = 7.0  # ranges of the wall force beyond which it is neglected (1e-3 of its strength)
+# Interaction range: |x| + |y| at most this; the force of people who do not approach is below 0.05
+# m/s^2 beyond the second range already.
 NEIGHBOUR_RANGE_M, RECEDING_RANGE_M = 5.0, 3.0
 
-# --- the way -------------------------------------------------------------------------------------
+# --- the lane ------------------------------------------------------------------------------------
 
 
 @scalar
 def lane_offset(person: Record, s: float) -> float:
-    """Return the lateral offset of a walker's lane at arc length s; it steps aside smoothly."""
+    """Return the lateral offset of a walker's lane at arc length s, with smooth lane changes."""
     t = 1.0 + (s - person.sidestep_s) / SIDESTEP_LENGTH_M
     if t <= 0.0:
         return float(person.offset)
@@ -46,7 +45,7 @@ def lane_offset(person: Record, s: float) -> float:
 
 @scalar
 def lane_point(routes: Floats, person: Record, s: float) -> tuple[float, float]:
-    """Return where a walker's lane runs at arc length s."""
+    """Return the point of a walker's lane at arc length s."""
     x, y, tx, ty = route_pose(routes, person.route, s)
     offset = lane_offset(person, s)
     return x - offset * ty, y + offset * tx
@@ -54,7 +53,7 @@ def lane_point(routes: Floats, person: Record, s: float) -> tuple[float, float]:
 
 @scalar
 def walking_direction(me: Record, routes: Floats) -> tuple[float, float]:
-    """Return the unit vector e to the point ahead on its lane that a walker aims at."""
+    """Return the unit vector e to a walker's target point ahead on its lane."""
     x, y = lane_point(routes, me, me.s + LOOK_AHEAD_M)
     per_m = 1.0 / max(norm(x - me.x, y - me.y), 1e-6)
     return per_m * (x - me.x), per_m * (y - me.y)
@@ -68,20 +67,20 @@ def body_push(
     x: float, y: float, vx: float, vy: float, reach: float, ex: float, ey: float,
     strength: float, range_m: float, gain: float, is_in_the_way: bool, force: SocialForce,
 ) -> tuple[float, float]:  # fmt: skip
-    """Return what another body makes a walker do [m/s^2].
+    """Return the acceleration of a walker by another body [m/s^2].
 
     Args:
-        x: From the other's centre to one's own [m].
+        x: From the other's centre to the walker's [m].
         y: The same, other axis [m].
-        vx: One's own velocity relative to the other's [m/s].
+        vx: The walker's velocity relative to the other [m/s].
         vy: The same, other axis [m/s].
         reach: Sum of the radii [m].
         ex: Walking direction, unit vector.
         ey: The same, other axis.
-        strength: Of the repulsion [m/s^2].
-        range_m: Of the repulsion [m].
-        gain: Multiplies it.
-        is_in_the_way: Whether to step aside besides.
+        strength: Strength of the repulsion [m/s^2].
+        range_m: Range of the repulsion [m].
+        gain: Factor of the repulsion.
+        is_in_the_way: Whether to add the side step.
         force: Constants of the model.
     """
     distance = max(norm(x, y), 1e-6)
@@ -101,7 +100,7 @@ def robot_push(
     desired_speed: float, radius: float, ex: float, ey: float, reaction: Reaction,
     force: SocialForce,
 ) -> tuple[float, float]:  # fmt: skip
-    """Return what the robot at (x, y) from here makes a walker do; nothing before it is noticed."""
+    """Return the acceleration by the robot at relative (x, y); 0 before it is noticed."""
     distance = max(norm(x, y), 1e-6)
     gap = max(distance - radius - ROBOT_RADIUS_M, 0.01)
     is_in_the_way = robot_vx * ex + robot_vy * ey < 0.5 * desired_speed  # stands, slow, head-on
@@ -118,7 +117,7 @@ def robot_push(
 def blocked_share(
     x: float, y: float, along_mps: float, desired_speed: float, radius: float, ex: float, ey: float
 ) -> float:
-    """Return the share of its desired speed that a walker loses while the robot is in its way."""
+    """Return the relative loss of desired speed while the robot blocks a walker."""
     distance = norm(x, y)
     gap = distance - radius - ROBOT_RADIUS_M
     is_ahead = gap <= BLOCKING_RANGE_M and x * ex + y * ey >= 0.5 * distance

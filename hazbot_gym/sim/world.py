@@ -1,4 +1,4 @@
-"""The reference engine: robot, people and walls as pymunk bodies in one space.
+"""Reference engine: robot, people and walls as pymunk bodies in one space.
 
 pymunk (Chipmunk 7) integrates the bodies and finds the contacts; velocities come from the same
 formulas as in the batched engine (``drive``, ``people``). Bodies follow their records exactly until
@@ -45,14 +45,14 @@ from hazbot_gym.sim.people import move_people, social_step
 from hazbot_gym.sim.walkers import Bench, make_bench
 
 _ROBOT, _PERSON, _WALL = 1, 2, 3  # collision types
-_AWAY = 1.0e6  # where bodies of absent people are parked [m]
+_AWAY = 1.0e6  # parking position of absent people's bodies [m]
 
-# The setter itself: assignment goes through pymunk's check of attribute names, at twice the cost.
+# The setter directly: attribute assignment in pymunk checks names, at twice the cost.
 _set_velocity = vars(pymunk.Body)["velocity"].fset
 
 
 class Snapshot(NamedTuple):
-    """The true state at one moment, copied."""
+    """Copy of the true state at one instant."""
 
     time_s: float
     x: float
@@ -64,12 +64,12 @@ class Snapshot(NamedTuple):
     x_e: float
     y_e: float
     theta_e: float
-    people: Records  # PERSON records of those present
-    persons: Ints  # their numbers
+    people: Records  # PERSON records of present people
+    persons: Ints  # their indices
 
 
 class Contact(NamedTuple):
-    """The first contact of an episode: with which person, or with a wall (-1)."""
+    """The first contact of an episode: index of the person, or -1 for a wall."""
 
     person: int
 
@@ -87,7 +87,7 @@ def _people_step(
     dt_s: float,
     bench: Bench,
 ) -> float:
-    """Move the people, let them choose a velocity, and return the robot's slack [m]."""
+    """Move the people, update their velocities, and return the robot's slack [m]."""
     if step > 0:
         move_people(people, dt_s)
     social_step(
@@ -102,7 +102,7 @@ class World:
     Attributes:
         robots: (1,) ROBOT record.
         people: (P,) PERSON records.
-        place: Where they are.
+        place: Walls, path and routes.
         decision: Number of decisions taken since the reset.
         contact: The first contact, or None.
     """
@@ -135,7 +135,7 @@ class World:
 
         Args:
             place: Walls, path and routes.
-            people: (P,) PERSON records at time zero; the world takes them over.
+            people: (P,) PERSON records at time zero, owned by the world.
             recording: For replayed people.
             key: Key of the scenario's noise.
         """
@@ -170,7 +170,7 @@ class World:
         return round(self.decision * self._clock.decision_s, 9)
 
     def free_time_s(self) -> float:
-        """Return how long the robot would take along this path alone at full speed [s]."""
+        """Return the travel time of the path at full speed without people [s]."""
         return free_time_s(
             self.place.path,
             self._parameters,
@@ -180,10 +180,10 @@ class World:
         )
 
     def step(self, command_mps: float, *, stops: bool = False) -> None:
-        """Drive for one decision period as commanded; stops short at a contact.
+        """Simulate one decision period; stop early at a contact.
 
-        A social period in which nothing comes within the robot's reach is one step for pymunk; else
-        it looks for contacts at every physics step.
+        A social period without possible contact is one pymunk step; otherwise contacts are checked
+        at every physics step.
         """
         command_robot(self.robots, command_mps, stops, self._pending, self.decision)
         periods, substeps = self._clock.social_per_decision, self._clock.physics_per_social
@@ -219,12 +219,12 @@ class World:
     # --- inside ----------------------------------------------------------------------------------
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Restore a copied or pickled world; copies of views would no longer be views."""
+        """Restore a copied or pickled world, and recreate its array views."""
         self.__dict__.update(state)
         self._x, self._y = self.robots["x"], self.robots["y"]
 
     def _physics(self, first_step: int, substeps: int) -> None:
-        """Drive the robot for some physics steps, and let pymunk move all bodies along in one."""
+        """Drive the robot for some physics steps, and move all bodies in a single pymunk step."""
         x, y = self._x[0], self._y[0]
         drive(
             self.robots,
@@ -242,7 +242,7 @@ class World:
         self._space.step(dt_s)
 
     def _social(self, step: int) -> None:
-        """Let everybody choose a velocity for the next social period, and hand it to the bodies."""
+        """Update all people's velocities for the next social period, and set them on the bodies."""
         self._slack_m = _people_step(
             self.people,
             self.robots,
@@ -269,14 +269,14 @@ class World:
                 self._park(i, body)
 
     def _catch_up(self, physics_steps: int) -> None:
-        """Move the people's records to the moment of a contact within a social period."""
+        """Advance the people's records to the time of a contact within a social period."""
         elapsed_s = physics_steps * self._clock.physics_s
         present = self.people["status"] == PRESENT
         for axis in ("x", "y"):
             self.people[axis][present] += self.people[f"v{axis}"][present] * elapsed_s
 
     def _on_contact(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
-        """Note the first contact; of several in one step, the person of the lowest index."""
+        """Record the first contact; in a tie, the person of the lowest index."""
         other = next(s for s in arbiter.shapes if s.collision_type != _ROBOT)
         person = self._index[other.body] if other.collision_type == _PERSON else -1
         known = math.inf if self.contact is None or self.contact.person < 0 else self.contact.person
@@ -284,7 +284,7 @@ class World:
             self.contact = Contact(person)
 
     def _add_body(self, radius_m: float, mass_kg: float, kind: int) -> pymunk.Body:
-        """Add a disc to the space; people collide with the robot only, forces do the rest."""
+        """Add a disc to the space; people collide with the robot only, not with each other."""
         body = pymunk.Body(mass_kg, pymunk.moment_for_circle(mass_kg, 0.0, radius_m))
         shape = pymunk.Circle(body, radius_m)
         shape.collision_type = kind
