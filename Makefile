@@ -27,7 +27,7 @@ bench: setup  ## steps per second, beside Gymnasium's CartPole
 	$(BIN)/hazbot bench $(ARGS)
 
 docs: setup  ## build the documentation site into docs/_build/html; a warning is an error
-	$(BIN)/python -m sphinx -W --keep-going -q -b html -d docs/_build/doctrees docs docs/_build/html
+	$(BIN)/python -m sphinx -W --keep-going -q -E -b html -d docs/_build/doctrees docs docs/_build/html
 	@echo "Documentation: docs/_build/html/index.html"
 
 setup: $(READY)

@@ -39,9 +39,15 @@ autodoc_preserve_defaults = True
 napoleon_numpy_docstring = False
 napoleon_use_rtype = False
 napoleon_preprocess_types = False
+napoleon_use_ivar = True
+# Written as in the source, not as the arrays that they stand for.
+autodoc_type_aliases = {
+    name: name for name in ("Actions", "Flags", "Floats", "Ints", "Observations", "Records", "Row")
+}
 
 html_theme = "furo"
 html_title = "hazbot_gym"
+html_favicon = "_static/favicon.svg"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_copy_source = False

@@ -89,13 +89,13 @@ class Browser:
         result: dict[str, Any] = answer["result"]
         return result
 
-    def open(self, page: Path, width: int, height: int) -> None:
+    def open(self, page: Path | str, width: int, height: int) -> None:
         """Open a page in a window of some size and wait until it is loaded."""
         self.ask(
             "Emulation.setDeviceMetricsOverride",
             **{"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False},
         )
-        self.ask("Page.navigate", url=page.as_uri())
+        self.ask("Page.navigate", url=page if isinstance(page, str) else page.as_uri())
         self._wait_for(lambda heard: heard.get("method") == "Page.loadEventFired")
 
     def run(self, script: str) -> Any:

@@ -15,6 +15,7 @@ from sphinx.util import logging
 import hazbot_gym
 from hazbot_gym.envs.panel import HEIGHT_PX
 from hazbot_gym.envs.registration import ENVIRONMENTS, full_id
+from hazbot_gym.utils import provenance
 
 FOLDER = "_animations"
 SEEDS = {"Corridor-v0": 3, "Intersection-v0": 47, "Doorway-v0": 33, "Aisle-v0": 9, "Circle-v0": 12}
@@ -67,16 +68,19 @@ def html(name: str, sentence: str) -> str:
     )
 
 
-def draw(app: Sphinx, _: Exception | None = None) -> None:
-    """Draw what an earlier build with the same version did not."""
+def draw(app: Sphinx) -> None:
+    """Draw what no earlier build drew with the same code."""
     if app.builder.format != "html":
         return
     folder = Path(app.outdir) / FOLDER
     folder.mkdir(parents=True, exist_ok=True)
+    drawn_with, code = folder / "code.txt", provenance.stamp(Path(__file__))
+    if drawn_with.exists() and drawn_with.read_text(encoding="utf-8") == code:
+        return
     for name in ENVIRONMENTS:
-        if not (folder / f"{name}.webp").exists():
-            logging.getLogger(__name__).info("drawing %s", name)
-            animate(name, folder)
+        logging.getLogger(__name__).info("drawing %s", name)
+        animate(name, folder)
+    drawn_with.write_text(code, encoding="utf-8")
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

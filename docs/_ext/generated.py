@@ -107,8 +107,17 @@ def scenario_list() -> str:
 
 def policy_table() -> str:
     """Return the policies of the library, with their options."""
-    lines = [f"| `{name}` | {entry.description} |" for name, entry in REGISTER.items()]
+    lines = [
+        f"| `{name}` | {entry.description.replace('|', ' or ')} |"
+        for name, entry in REGISTER.items()
+    ]
     return "\n".join(["| policy | what it does; options |", "|---|---|", *lines])
+
+
+def policy_classes() -> str:
+    """Return directives of reStructuredText for the classes of the library's policies."""
+    names = dict.fromkeys(entry.factory.replace(":", ".") for entry in REGISTER.values())
+    return "\n".join(f".. autoclass:: {name}\n" for name in names)
 
 
 def fields(*classes: str) -> str:
@@ -212,6 +221,7 @@ MAKERS: dict[str, Callable[..., str]] = {
         reward_table,
         scenario_list,
         policy_table,
+        policy_classes,
         fields,
         command_sections,
     )
@@ -223,7 +233,15 @@ def fill(_: Sphinx, __: str, source: list[str]) -> None:
     source[0] = LINE.sub(lambda found: MAKERS[found[1]](*found[2].split()), source[0])
 
 
+def shorten(_: Sphinx, __: str, name: str, *rest: Any) -> None:
+    """Leave of the environment's docstring, which is Markdown, its first line."""
+    lines = rest[-1]
+    if name == "hazbot_gym.envs.corridor.CorridorEnv":
+        lines[1:] = ["", "The whole of its documentation is the page :doc:`/environments`.", ""]
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
     """Fill pages as they are read."""
     app.connect("source-read", fill)
+    app.connect("autodoc-process-docstring", shorten)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

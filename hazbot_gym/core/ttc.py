@@ -16,7 +16,7 @@ from hazbot_gym.core.state import Floats
 def time_to_collision(
     px: npt.ArrayLike, py: npt.ArrayLike, wx: npt.ArrayLike, wy: npt.ArrayLike, r: npt.ArrayLike
 ) -> Floats:
-    """Return the smallest t >= 0 with |p + w t| <= r [s]; infinite if they never touch.
+    """Return the smallest t >= 0 with ``|p + w t| <= r`` [s]; infinite if they never touch.
 
     ``t = (|p|^2 - r^2) / (-p.w + sqrt((p.w)^2 - |w|^2 (|p|^2 - r^2)))``, 0 if they touch already.
     All arguments broadcast against each other.
