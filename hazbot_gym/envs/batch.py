@@ -23,7 +23,7 @@ from hazbot_gym.sim.batch import (
 )
 from hazbot_gym.sim.drive import give_command, place_robot
 from hazbot_gym.sim.perception import remember, sense_ranges, track_people
-from hazbot_gym.sim.walkers import Bench
+from hazbot_gym.sim.walkers import Workspace
 from hazbot_gym.task.observation import encode
 from hazbot_gym.task.outcome import RUNNING, settle
 from hazbot_gym.task.reward import reward_terms, safety_cost, total
@@ -91,7 +91,7 @@ def _look(i: int, worlds: Worlds, problem: Problem, out: Observations) -> None:
 
 @scalar
 def _reset_world(
-    i: int, worlds: Worlds, episodes: Episodes, problem: Problem, outputs: Outputs, bench: Bench
+    i: int, worlds: Worlds, episodes: Episodes, problem: Problem, outputs: Outputs, work: Workspace
 ) -> None:
     """Start the next episode of world i; outputs of a step that just ended are kept."""
     if episodes.was_over[i]:
@@ -120,7 +120,7 @@ def _reset_world(
     place_robot(
         worlds.robots[i], worlds.wheels[i], path, problem.start_speed_mps, m.drive[0], m.gains
     )
-    start_people(worlds, i, _surroundings(problem), m, bench)
+    start_people(worlds, i, _surroundings(problem), m, work)
     _look(i, worlds, problem, outputs.observations)
 
 
@@ -184,13 +184,13 @@ def run_worlds(
     problem: Problem,
     outputs: Outputs,
     group: Records,
-    bench: Bench,
+    work: Workspace,
 ) -> None:
     """Step or reset those of the worlds ``first`` to ``last - 1`` that are in the mask.
 
     A world with an ended episode is reset, the others take a step; with SAME_STEP a world is reset
     as soon as its episode ends. One kernel does both to halve the compile time. ``group`` and
-    ``bench`` are there to work in; each thread needs its own.
+    ``work`` are scratch memory; each thread needs its own.
     """
     lanes, i = group[0], first
     while i < last:
@@ -203,9 +203,9 @@ def run_worlds(
                 _decide(count, lanes, commands[i], stops, worlds, outputs)
                 count += 1
             i += 1
-        step_group(lanes, count, worlds, _surroundings(problem), problem.mechanics, bench)
+        step_group(lanes, count, worlds, _surroundings(problem), problem.mechanics, work)
         for lane in range(count):
             _judge(lane, lanes, worlds, episodes, problem, outputs)
     for i in range(first, last):
         if mask[i] and episodes.is_over[i] and (is_same_step or episodes.was_over[i]):
-            _reset_world(i, worlds, episodes, problem, outputs, bench)
+            _reset_world(i, worlds, episodes, problem, outputs, work)

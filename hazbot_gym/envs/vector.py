@@ -38,7 +38,7 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.batch import GROUP, allocate, mechanics
 from hazbot_gym.sim.drive import free_time_s
 from hazbot_gym.sim.perception import sensor_parameters, tracker_of
-from hazbot_gym.sim.walkers import make_bench
+from hazbot_gym.sim.walkers import make_workspace
 from hazbot_gym.task.observation import LAYOUTS
 from hazbot_gym.task.outcome import DECISION, RUNNING, TIMEOUT, Rules
 from hazbot_gym.task.reward import TERMS
@@ -156,7 +156,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         )
         self._blocks = _blocks(n, self._thread_count)
         room = LANES * source.people
-        self._benches = [(records(GROUP, 1), make_bench(room)) for _ in self._blocks]
+        self._workspaces = [(records(GROUP, 1), make_workspace(room)) for _ in self._blocks]
         self._episodes = Episodes(
             keys=np.zeros((n, KEYS_AHEAD), np.uint64),
             used=np.full(n, KEYS_AHEAD, np.int64),
@@ -295,8 +295,8 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             self._outputs,
         )
         pieces = [
-            (*block, *arguments, *bench)
-            for block, bench in zip(self._blocks, self._benches, strict=True)
+            (*block, *arguments, *work)
+            for block, work in zip(self._blocks, self._workspaces, strict=True)
         ]
         if not self._has_run:
             for piece in pieces:

@@ -44,7 +44,7 @@ from hazbot_gym.sim.lanes import (
 )
 from hazbot_gym.sim.people import begin_social_step, end_social_step, move_people
 from hazbot_gym.sim.perception import SENSORS
-from hazbot_gym.sim.walkers import Bench, force_values, walk
+from hazbot_gym.sim.walkers import Workspace, force_values, walk
 
 
 class Worlds(NamedTuple):
@@ -134,31 +134,31 @@ def place_of(worlds: Worlds, i: int, surroundings: Surroundings) -> Place:
 @scalar
 def begin_social_period(
     worlds: Worlds, i: int, surroundings: Surroundings, m: Mechanics, force: SocialForce,
-    step: int, bench: Bench, walkers: int,
+    step: int, work: Workspace, walkers: int,
 ) -> int:  # fmt: skip
     """Load the people of world i into the workspace; return its number of walkers."""
     recording = stretch_of(surroundings.recorded, worlds.places[i], worlds.starts[i])
     return begin_social_step(
         worlds.people[i], place_of(worlds, i, surroundings), worlds.robots[i], force,
-        m.reactions, recording, worlds.keys[i], step, m.social_s, bench, walkers,
+        m.reactions, recording, worlds.keys[i], step, m.social_s, work, walkers,
     )  # fmt: skip
 
 
 @scalar
 def start_people(
-    worlds: Worlds, i: int, surroundings: Surroundings, m: Mechanics, bench: Bench
+    worlds: Worlds, i: int, surroundings: Surroundings, m: Mechanics, work: Workspace
 ) -> None:
     """Compute the first velocities of the people of world i."""
     place, force = place_of(worlds, i, surroundings), force_values(m.force[0])
-    count = begin_social_period(worlds, i, surroundings, m, force, 0, bench, 0)
-    walk(bench, count, force, m.social_s)
-    end_social_step(worlds.people[i], place, worlds.robots[i], m.social_s, bench, 0)
+    count = begin_social_period(worlds, i, surroundings, m, force, 0, work, 0)
+    walk(work, count, force, m.social_s)
+    end_social_step(worlds.people[i], place, worlds.robots[i], m.social_s, work, 0)
 
 
 @scalar
 def step_group(
     group: Record, count: int, worlds: Worlds, surroundings: Surroundings, m: Mechanics,
-    bench: Bench,
+    work: Workspace,
 ) -> None:  # fmt: skip
     """Simulate some worlds for a decision period at their robots' effective commands.
 
@@ -170,7 +170,7 @@ def step_group(
         worlds: All worlds, changed in place.
         surroundings: Their places.
         m: Parameters of robot and people.
-        bench: Workspace for all people of the group.
+        work: Workspace for all people of the group.
     """
     for lane in range(count):
         i = group.world[lane]
@@ -179,13 +179,13 @@ def step_group(
         load_lane(group.drive, lane, worlds.robots[i], worlds.wheels[i], worlds.keys[i], step)
     for period in range(m.social_per_decision):
         _drive_period(group, count, worlds, surroundings, m)
-        _walk_period(group, count, period, worlds, surroundings, m, bench)
+        _walk_period(group, count, period, worlds, surroundings, m, work)
 
 
 @scalar
 def _walk_period(
     group: Record, count: int, period: int, worlds: Worlds, surroundings: Surroundings,
-    m: Mechanics, bench: Bench,
+    m: Mechanics, work: Workspace,
 ) -> None:  # fmt: skip
     """Move a group's people to the end of a social period, and compute their next velocities."""
     force, walkers = force_values(m.force[0]), 0
@@ -196,15 +196,15 @@ def _walk_period(
             update_pose_error(worlds.robots[i], place_of(worlds, i, surroundings).path)
             move_people(worlds.people[i], m.social_s)
             step = worlds.steps[i] * m.social_per_decision + period + 1
-            walkers = begin_social_period(worlds, i, surroundings, m, force, step, bench, walkers)
-    walk(bench, walkers, force, m.social_s)
+            walkers = begin_social_period(worlds, i, surroundings, m, force, step, work, walkers)
+    walk(work, walkers, force, m.social_s)
     walkers = 0
     for lane in range(count):
         i = group.world[lane]
         if group.contact[lane] == NO_CONTACT:
             place = place_of(worlds, i, surroundings)
             walkers = end_social_step(
-                worlds.people[i], place, worlds.robots[i], m.social_s, bench, walkers
+                worlds.people[i], place, worlds.robots[i], m.social_s, work, walkers
             )
 
 

@@ -29,7 +29,7 @@ from hazbot_gym.core.state import (
     Records,
 )
 from hazbot_gym.sim.spacing import ROBOT_MARGIN_M, keep_off_robot
-from hazbot_gym.sim.walkers import Bench, force_values, put_down, take_up, walk
+from hazbot_gym.sim.walkers import Workspace, force_values, put_down, take_up, walk
 from hazbot_gym.sim.walking import lane_point
 
 ENTRY_ROOM_M = 0.45  # required distance to other people at entry
@@ -117,7 +117,7 @@ def _advance(me: Record, routes: Floats, dt_s: float) -> None:
 @routine
 def begin_social_step(
     people: Records, place: Place, robot: Record, force: SocialForce, reactions: Records,
-    recording: Stretch, key: np.uint64, step: int, dt_s: float, bench: Bench, walkers: int,
+    recording: Stretch, key: np.uint64, step: int, dt_s: float, work: Workspace, walkers: int,
 ) -> int:  # fmt: skip
     """Add and remove people, and load the social-force walkers into the workspace.
 
@@ -144,7 +144,7 @@ def begin_social_step(
                 _follow_script(me, place.routes, dt_s)
             else:
                 take_up(
-                    bench, walkers, people, i, place, robot, robot_vx, robot_vy, force,
+                    work, walkers, people, i, place, robot, robot_vx, robot_vy, force,
                     reactions[me.reaction], key, step,
                 )  # fmt: skip
                 walkers += 1
@@ -153,7 +153,7 @@ def begin_social_step(
 
 @routine
 def end_social_step(
-    people: Records, place: Place, robot: Record, dt_s: float, bench: Bench, walkers: int
+    people: Records, place: Place, robot: Record, dt_s: float, work: Workspace, walkers: int
 ) -> int:
     """Store the chosen velocities; ``walkers`` is the number of earlier walkers in the workspace.
 
@@ -161,7 +161,7 @@ def end_social_step(
     """
     for i in range(people.shape[0]):
         if people[i].model == SOCIAL_FORCE and people[i].status == PRESENT:
-            put_down(bench, walkers, people, i, place, robot, dt_s)
+            put_down(work, walkers, people, i, place, robot, dt_s)
             walkers += 1
     for i in range(people.shape[0]):
         me = people[i]
@@ -174,7 +174,7 @@ def end_social_step(
 @scalar
 def social_step(
     people: Records, place: Place, robot: Record, force: Record, reactions: Records,
-    recording: Stretch, key: np.uint64, step: int, dt_s: float, bench: Bench,
+    recording: Stretch, key: np.uint64, step: int, dt_s: float, work: Workspace,
 ) -> None:  # fmt: skip
     """Compute the velocity of every person of one world for the next social period.
 
@@ -188,14 +188,14 @@ def social_step(
         key: Key of the scenario's noise.
         step: Number of this social step since the reset.
         dt_s: Social period [s].
-        bench: Workspace for P walkers.
+        work: Workspace for P walkers.
     """
     values = force_values(force)
     count = begin_social_step(
-        people, place, robot, values, reactions, recording, key, step, dt_s, bench, 0
+        people, place, robot, values, reactions, recording, key, step, dt_s, work, 0
     )
-    walk(bench, count, values, dt_s)
-    end_social_step(people, place, robot, dt_s, bench, 0)
+    walk(work, count, values, dt_s)
+    end_social_step(people, place, robot, dt_s, work, 0)
 
 
 @scalar

@@ -11,7 +11,7 @@ from hazbot_gym.core.recorded_table import NO_STRETCH, Stretch
 from hazbot_gym.core.social_force import ATTENTIVE, SocialForce
 from hazbot_gym.core.state import PERSON, ROBOT, Place, Records, as_record, records
 from hazbot_gym.sim.people import move_people, social_step
-from hazbot_gym.sim.walkers import Bench, make_bench
+from hazbot_gym.sim.walkers import Workspace, make_workspace
 
 FAR_AWAY_M = 1e6  # position of a robot out of everyone's reach
 
@@ -41,12 +41,12 @@ def walk_in_parts(
     robot["x"] = FAR_AWAY_M
     # One for every possible reaction; compiled code does not check an index.
     reactions = np.repeat(as_record(ATTENTIVE), 1 + people["reaction"].max(initial=0))
-    bench = make_bench(len(people))
+    work = make_workspace(len(people))
     for first in range(0, steps, part):
         seen = np.zeros((min(part, steps - first), len(people)), PERSON)
         _walk(
             people, place, robot, as_record(force), reactions, NO_STRETCH,
-            np.uint64(key), first, dt_s, bench, seen,
+            np.uint64(key), first, dt_s, work, seen,
         )  # fmt: skip
         yield seen
 
@@ -54,11 +54,11 @@ def walk_in_parts(
 @lean_kernel
 def _walk(
     people: Records, place: Place, robot: Records, force: Records, reactions: Records,
-    recording: Stretch, key: np.uint64, first: int, dt_s: float, bench: Bench, seen: Records,
+    recording: Stretch, key: np.uint64, first: int, dt_s: float, work: Workspace, seen: Records,
 ) -> None:  # fmt: skip
     for k in range(seen.shape[0]):
         social_step(
-            people, place, robot[0], force[0], reactions, recording, key, first + k, dt_s, bench
+            people, place, robot[0], force[0], reactions, recording, key, first + k, dt_s, work
         )
         for i in range(people.shape[0]):
             seen[k, i] = people[i]

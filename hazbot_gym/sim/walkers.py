@@ -59,17 +59,17 @@ PUSHES = np.dtype(
 BY_PEOPLE, BY_WALLS = 0, 1  # source of the force
 
 
-class Bench(NamedTuple):
+class Workspace(NamedTuple):
     """Workspace of the vectorized walker update."""
 
     walkers: Records  # (C,) WALKERS
     pushes: Records  # (2,) PUSHES by people and by walls
 
 
-def make_bench(walkers: int) -> Bench:
+def make_workspace(walkers: int) -> Workspace:
     """Return a workspace for a number of walkers."""
     chunks = max(-(-walkers // LANES), 1)
-    return Bench(records(WALKERS, chunks), records(PUSHES, 2))
+    return Workspace(records(WALKERS, chunks), records(PUSHES, 2))
 
 
 # --- loading -------------------------------------------------------------------------------------
@@ -77,13 +77,13 @@ def make_bench(walkers: int) -> Bench:
 
 @scalar
 def take_up(
-    bench: Bench, w: int, people: Records, i: int, place: Place, robot: Record, robot_vx: float,
+    work: Workspace, w: int, people: Records, i: int, place: Place, robot: Record, robot_vx: float,
     robot_vy: float, force: SocialForce, reaction: Reaction, key: np.uint64, step: int,
 ) -> None:  # fmt: skip
     """Load person i as walker w, and collect its neighbours and walls.
 
     Args:
-        bench: Workspace, changed in place.
+        work: Workspace, changed in place.
         w: Number of the walker: 0 for the first, and so on.
         people: (P,) PERSON records of its world.
         i: Its index among them.
@@ -96,7 +96,7 @@ def take_up(
         key: Key of the scenario's noise.
         step: Number of this social step since the reset.
     """
-    me, lane, chunk = people[i], w % LANES, bench.walkers[w // LANES]
+    me, lane, chunk = people[i], w % LANES, work.walkers[w // LANES]
     chunk.ex[lane], chunk.ey[lane] = walking_direction(me, place.routes)
     chunk.vx[lane], chunk.vy[lane] = me.vx, me.vy
     chunk.radius[lane], chunk.desired_speed[lane] = me.radius, me.desired_speed
@@ -107,15 +107,15 @@ def take_up(
     chunk.key[lane], chunk.step[lane], chunk.person[lane] = key, step, i
     for source in (BY_PEOPLE, BY_WALLS):
         chunk.ax[source, lane], chunk.ay[source, lane] = 0.0, 0.0
-    _note_people(bench, w, people, i, force)
-    _note_walls(bench, w, me, place.walls, force)
+    _note_people(work, w, people, i, force)
+    _note_walls(work, w, me, place.walls, force)
 
 
 @scalar
-def _note_people(bench: Bench, w: int, people: Records, i: int, force: SocialForce) -> None:
+def _note_people(work: Workspace, w: int, people: Records, i: int, force: SocialForce) -> None:
     """Collect the people near person i, walker w."""
-    me, pushes = people[i], bench.pushes[BY_PEOPLE]
-    lane, chunk = w % LANES, bench.walkers[w // LANES]
+    me, pushes = people[i], work.pushes[BY_PEOPLE]
+    lane, chunk = w % LANES, work.walkers[w // LANES]
     ex, ey = chunk.ex[lane], chunk.ey[lane]
     for j in range(people.shape[0]):
         other = people[j]
@@ -130,13 +130,13 @@ def _note_people(bench: Bench, w: int, people: Records, i: int, force: SocialFor
         pushes.is_head_on[k] = 1.0 if other.vx * ex + other.vy * ey < 0.0 else 0.0
         pushes.count = k + 1
         if k + 1 == LANES:
-            push_by_people(bench, force)
+            push_by_people(work, force)
 
 
 @scalar
-def _note_walls(bench: Bench, w: int, me: Record, walls: Floats, force: SocialForce) -> None:
+def _note_walls(work: Workspace, w: int, me: Record, walls: Floats, force: SocialForce) -> None:
     """Collect the walls near walker w."""
-    pushes, reach = bench.pushes[BY_WALLS], me.radius + WALL_REACH * force.wall_range_m
+    pushes, reach = work.pushes[BY_WALLS], me.radius + WALL_REACH * force.wall_range_m
     for i in range(walls.shape[0]):
         if not may_be_near(me.x, me.y, walls[i, 0], walls[i, 1], walls[i, 2], walls[i, 3], reach):
             continue
@@ -146,7 +146,7 @@ def _note_walls(bench: Bench, w: int, me: Record, walls: Floats, force: SocialFo
         pushes.x2[k], pushes.y2[k] = walls[i, 2] - me.x, walls[i, 3] - me.y
         pushes.count = k + 1
         if k + 1 == LANES:
-            push_by_walls(bench, force)
+            push_by_walls(work, force)
 
 
 # --- the forces ----------------------------------------------------------------------------------
@@ -165,21 +165,21 @@ def force_values(force: Record) -> SocialForce:
 
 
 @routine
-def push_by_people(bench: Bench, force: SocialForce) -> None:
+def push_by_people(work: Workspace, force: SocialForce) -> None:
     """Compute the collected forces by people, and clear the list."""
-    p = bench.pushes[BY_PEOPLE]
+    p = work.pushes[BY_PEOPLE]
     for k in range(LANES):
         p.fx[k], p.fy[k] = body_push(
             p.x[k], p.y[k], p.vx[k], p.vy[k], p.reach[k], p.ex[k], p.ey[k],
             force.person_strength_mps2, force.person_range_m, 1.0, p.is_head_on[k] > 0.0, force,
         )  # fmt: skip
-    _add_up(p, BY_PEOPLE, bench.walkers)
+    _add_up(p, BY_PEOPLE, work.walkers)
 
 
 @routine
-def push_by_walls(bench: Bench, force: SocialForce) -> None:
+def push_by_walls(work: Workspace, force: SocialForce) -> None:
     """Compute the collected forces by walls, and clear the list."""
-    p = bench.pushes[BY_WALLS]
+    p = work.pushes[BY_WALLS]
     for k in range(LANES):
         x, y = nearest_on_segment(0.0, 0.0, p.x1[k], p.y1[k], p.x2[k], p.y2[k])
         distance = max(norm(x, y), 1e-6)
@@ -190,7 +190,7 @@ def push_by_walls(bench: Bench, force: SocialForce) -> None:
         is_near = distance <= p.reach[k] + WALL_REACH * force.wall_range_m
         p.fx[k] = fx if is_near else 0.0
         p.fy[k] = fy if is_near else 0.0
-    _add_up(p, BY_WALLS, bench.walkers)
+    _add_up(p, BY_WALLS, work.walkers)
 
 
 @scalar
@@ -206,12 +206,12 @@ def _add_up(pushes: Record, source: int, walkers: Records) -> None:
 
 
 @routine
-def walk(bench: Bench, count: int, force: SocialForce, dt_s: float) -> None:
+def walk(work: Workspace, count: int, force: SocialForce, dt_s: float) -> None:
     """Compute the desired velocity after dt of the first walkers of a workspace."""
-    push_by_people(bench, force)
-    push_by_walls(bench, force)
+    push_by_people(work, force)
+    push_by_walls(work, force)
     for k in range((count + LANES - 1) // LANES):
-        _choose(bench.walkers[k], force, dt_s)
+        _choose(work.walkers[k], force, dt_s)
 
 
 @scalar
@@ -244,10 +244,10 @@ def _choose(c: Record, force: SocialForce, dt_s: float) -> None:
 
 @scalar
 def put_down(
-    bench: Bench, w: int, people: Records, i: int, place: Place, robot: Record, dt_s: float
+    work: Workspace, w: int, people: Records, i: int, place: Place, robot: Record, dt_s: float
 ) -> None:
     """Store walker w's velocity to person i, limited towards obstacles."""
-    me, lane, chunk = people[i], w % LANES, bench.walkers[w // LANES]
+    me, lane, chunk = people[i], w % LANES, work.walkers[w // LANES]
     me.blocked = chunk.blocked[lane]
     me.next_vx, me.next_vy = chunk.next_vx[lane], chunk.next_vy[lane]
     keep_apart(people, i, place, robot, dt_s)

@@ -42,7 +42,7 @@ from hazbot_gym.sim.drive import (
 )
 from hazbot_gym.sim.lanes import DRIVE_LANES
 from hazbot_gym.sim.people import move_people, social_step
-from hazbot_gym.sim.walkers import Bench, make_bench
+from hazbot_gym.sim.walkers import Workspace, make_workspace
 
 _ROBOT, _PERSON, _WALL = 1, 2, 3  # collision types
 _AWAY = 1.0e6  # parking position of absent people's bodies [m]
@@ -85,13 +85,13 @@ def _people_step(
     key: np.uint64,
     step: int,
     dt_s: float,
-    bench: Bench,
+    work: Workspace,
 ) -> float:
     """Move the people, update their velocities, and return the robot's slack [m]."""
     if step > 0:
         move_people(people, dt_s)
     social_step(
-        people, place, robots[0], force[0], reactions, recording, np.uint64(key), step, dt_s, bench
+        people, place, robots[0], force[0], reactions, recording, np.uint64(key), step, dt_s, work
     )
     return slack(people, place.walls, robots[0], dt_s)
 
@@ -119,7 +119,7 @@ class World:
         self._reactions = np.concatenate([as_record(r) for r in config.people.reactions])
         self._tolerance_m = config.arrival_tolerance_m
         self.robots, self._wheels = records(ROBOT, 1), records(WHEEL, 2)
-        self._lanes, self._bench = records(DRIVE_LANES, 1), make_bench(0)
+        self._lanes, self._bench = records(DRIVE_LANES, 1), make_workspace(0)
         self._pending = np.zeros(config.drive.latency_steps + 1)
         self._x, self._y = self.robots["x"], self.robots["y"]
         self._space = pymunk.Space()
@@ -143,7 +143,7 @@ class World:
             self._build_walls(place)
         self.place, self.people, self._recording = place, people, recording
         if len(people) > LANES * len(self._bench.walkers):
-            self._bench = make_bench(len(people))
+            self._bench = make_workspace(len(people))
         self._key, self.decision, self.contact = np.uint64(key), 0, None
         self._pending[:] = self._drive.start_speed_mps
         start_drive(

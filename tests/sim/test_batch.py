@@ -19,7 +19,7 @@ from hazbot_gym.sim.batch import (
     step_group,
 )
 from hazbot_gym.sim.drive import place_robot
-from hazbot_gym.sim.walkers import Bench, make_bench
+from hazbot_gym.sim.walkers import Workspace, make_workspace
 from hazbot_gym.sim.world import World
 from hazbot_gym.task.scenario import Source
 
@@ -48,17 +48,17 @@ class Alone:
         self.worlds.people[0] = scenario.people
         self.worlds.keys[0] = key
         self.group = readable(records(GROUP, 1))[0]
-        self.bench = Bench(*map(readable, make_bench(2 * len(scenario.people))))
+        self.work = Workspace(*map(readable, make_workspace(2 * len(scenario.people))))
         path, speed_mps = readable(self.place.path), config.drive.start_speed_mps
         m, worlds = self.mechanics, self.worlds
         place_robot(worlds.robots[0], worlds.wheels[0], path, speed_mps, m.drive[0], m.gains)
-        start_people(worlds, 0, self.surroundings, m, self.bench)
+        start_people(worlds, 0, self.surroundings, m, self.work)
         self.robots, self.people = worlds.robots[:1], worlds.people[0]
 
     def step(self, command_mps: float) -> int:
         self.robots[0].command = self.robots[0].obeyed = command_mps
         self.group.world[0] = 0
-        step_group(self.group, 1, self.worlds, self.surroundings, self.mechanics, self.bench)
+        step_group(self.group, 1, self.worlds, self.surroundings, self.mechanics, self.work)
         self.worlds.steps[0] += 1
         return int(self.group.contact[0])
 

@@ -16,7 +16,7 @@ from hazbot_gym.core.state import as_record, records
 from hazbot_gym.sim import lanes, walkers
 from hazbot_gym.sim.drive import drive_parameters
 from hazbot_gym.sim.lanes import DRIVE_LANES, drive_values
-from hazbot_gym.sim.walkers import force_values, make_bench
+from hazbot_gym.sim.walkers import force_values, make_workspace
 
 pytestmark = pytest.mark.skipif(
     platform.machine() not in ("x86_64", "AMD64"), reason="reads x86-64 instructions"
@@ -54,7 +54,7 @@ def test_walkers_choose_in_vectors() -> None:
         choose(chunks[0], force_values(force[0]), 0.05)
 
     # What does not depend on the walker is worked out once, before the loops.
-    assert packed_share(chosen, make_bench(1).walkers, FORCE) > 0.8
+    assert packed_share(chosen, make_workspace(1).walkers, FORCE) > 0.8
 
 
 def test_a_loop_that_calls_something_is_told_apart() -> None:

@@ -26,7 +26,7 @@ from hazbot_gym.core.state import (
 )
 from hazbot_gym.sim.people import CATCH_UP_MPS, move_people, social_step
 from hazbot_gym.sim.spacing import ROBOT_MARGIN_M
-from hazbot_gym.sim.walkers import Bench, make_bench
+from hazbot_gym.sim.walkers import Workspace, make_workspace
 from hazbot_gym.sim.world import World
 from hazbot_gym.task.scenario import Source
 
@@ -70,8 +70,8 @@ FAR_AWAY = robot_at(0.0, 90.0)
 
 def step_people(people: Records, *arguments: Any) -> None:
     """Take a social step in plain Python."""
-    bench = Bench(*(array.view(np.recarray) for array in make_bench(len(people))))
-    social_step(people, *arguments, DT_S, bench)
+    work = Workspace(*(array.view(np.recarray) for array in make_workspace(len(people))))
+    social_step(people, *arguments, DT_S, work)
 
 
 def walk(

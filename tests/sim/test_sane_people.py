@@ -34,7 +34,7 @@ from hazbot_gym.core.state import (
     records,
 )
 from hazbot_gym.sim.people import move_people, social_step
-from hazbot_gym.sim.walkers import Bench, make_bench
+from hazbot_gym.sim.walkers import Workspace, make_workspace
 from hazbot_gym.task.scenario import Source
 
 DT_S, SUBSTEPS = 0.05, 5  # social period [s], physics steps in it
@@ -76,7 +76,7 @@ def watch(
     key: np.uint64,
     periods: int,
     seen: Records,
-    bench: Bench,
+    work: Workspace,
 ) -> None:
     """Let people walk and note the extremes of each."""
     for i in range(people.shape[0]):
@@ -94,7 +94,7 @@ def watch(
             np.uint64(key),
             period,
             DT_S,
-            bench,
+            work,
         )
         is_over = True
         for i in range(people.shape[0]):
@@ -158,7 +158,7 @@ def walkers(place_name: str, share: float, periods: int = LONGEST) -> npt.NDArra
         seen.append(np.zeros(len(people), WATCH))
         watch(
             people, scenario.place, robots, force, reactions, np.uint64(key), periods, seen[-1],
-            make_bench(len(people)),
+            make_workspace(len(people)),
         )  # fmt: skip
     together = np.concatenate(seen)
     return together[together["came"] == 1]

@@ -26,7 +26,7 @@ from hazbot_gym.core.state import (
     Records,
     records,
 )
-from hazbot_gym.sim.walkers import Bench, make_bench, put_down, take_up, walk
+from hazbot_gym.sim.walkers import Workspace, make_workspace, put_down, take_up, walk
 from hazbot_gym.sim.walking import (
     LOOK_AHEAD_M,
     SIDESTEP_LENGTH_M,
@@ -81,13 +81,13 @@ def next_velocities(
 ) -> Floats:
     place = place or a_place()
     walkers = [i for i in range(len(people)) if people["status"][i] == PRESENT]
-    bench = Bench(*(array.view(np.recarray) for array in make_bench(len(walkers))))
+    work = Workspace(*(array.view(np.recarray) for array in make_workspace(len(walkers))))
     v = robot.v * math.cos(robot.theta), robot.v * math.sin(robot.theta)
     for w, i in enumerate(walkers):
-        take_up(bench, w, people, i, place, robot, *v, force, reaction, KEY, 3)
-    walk(bench, len(walkers), force, DT_S)
+        take_up(work, w, people, i, place, robot, *v, force, reaction, KEY, 3)
+    walk(work, len(walkers), force, DT_S)
     for w, i in enumerate(walkers):
-        put_down(bench, w, people, i, place, robot, DT_S)
+        put_down(work, w, people, i, place, robot, DT_S)
     return np.stack([people["next_vx"], people["next_vy"]], axis=-1)
 
 
