@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from hazbot_gym.evaluation.statistics.pareto import dominated
 from hazbot_gym.study.config import StudyConfig
-from hazbot_gym.study.headline import headline, pooled_sets
+from hazbot_gym.study.headline import Headline, headline, pooled_sets
 
 LEARNED = ("learned", "ppo")  # learned policies of the register
 _COMPARED = (
@@ -23,29 +24,59 @@ _COMPARED = (
 
 def answer(summary: Mapping[str, Any], study: StudyConfig) -> str:
     """Return the sentence that a study's summary supports."""
-    reference, first = study.reference_policy, headline(summary)
-    returns = {
-        name: first.policies[name]["metrics"]["return"]["mean"]
-        for name in learned(study)
-        if name != reference
-    }
-    if not returns:
-        return f"No learned policy was compared with {reference}."
-    best = max(returns, key=lambda name: returns[name])
-    ours, theirs = first.policies[best], first.policies[reference]
+    best = _best_learned(summary, study)
+    if best is None:
+        return f"No learned policy was compared with {study.reference_policy}."
+    where = _where(summary, study, best)
+    return f"{_claim(study, best)} in {where}; {_figures(summary, study, best)}."
+
+
+def verdict(summary: Mapping[str, Any], study: StudyConfig) -> list[str]:
+    """Return the same in three sentences for a reader: where, by how much, and who is optimal."""
+    best, pareto = _best_learned(summary, study), _pareto(headline(summary), study)
+    if best is None:
+        return [answer(summary, study), *pareto]
+    figures = _figures(summary, study, best)
+    where = f"{_claim(study, best)} in {_where(summary, study, best)}."
+    return [where, f"{figures[0].upper()}{figures[1:]}.", *pareto]
+
+
+def _pareto(first: Headline, study: StudyConfig) -> list[str]:
+    """Return a sentence on the Pareto-optimal policies; none if no policy has an interval."""
+    if first.episodes < 2:
+        return []
+    beaten = dominated(first.policies)
+    optimal = [name for name in study.names if not beaten[name]]
+    return [f"Pareto-optimal in time ratio and kinetic intrusion: {', '.join(optimal)}."]
+
+
+def _best_learned(summary: Mapping[str, Any], study: StudyConfig) -> str | None:
+    """Return the learned policy with the largest return, if there is one beside the reference."""
+    policies = headline(summary).policies
+    returns = {name: policies[name]["metrics"]["return"]["mean"] for name in _rivals(study)}
+    return max(returns, key=lambda name: returns[name], default=None)
+
+
+def _rivals(study: StudyConfig) -> list[str]:
+    return [name for name in learned(study) if name != study.reference_policy]
+
+
+def _claim(study: StudyConfig, best: str) -> str:
+    count = len(_rivals(study))
+    who = f"best of {count} learned policies, {best}," if count > 1 else f"learned policy {best}"
+    return f"The {who} earns more return than {study.reference_policy}"
+
+
+def _figures(summary: Mapping[str, Any], study: StudyConfig, best: str) -> str:
+    """Return the gain in return with its interval, and both policies' headline metrics."""
+    first = headline(summary)
+    ours, theirs = first.policies[best], first.policies[study.reference_policy]
     gain = ours["return_gain"]
     interval = "no interval from a single scenario"
     if gain["low"] is not None:
         interval = f"{summary['confidence']:.0%} interval {gain['low']:.2f} to {gain['high']:.2f}"
-    who = f"learned policy {best}"
-    if len(returns) > 1:
-        who = f"best of {len(returns)} learned policies, {best},"
-    return (
-        f"The {who} earns more return than {reference} in "
-        f"{_where(summary, study, best)}; "
-        f"{first.name}: return {gain['mean']:+.2f} ({interval}), "
-        f"{', '.join(_metrics(ours['metrics'], theirs['metrics']))}."
-    )
+    metrics = ", ".join(_metrics(ours["metrics"], theirs["metrics"]))
+    return f"{first.name}: return {gain['mean']:+.2f} ({interval}), {metrics}"
 
 
 def learned(study: StudyConfig) -> list[str]:

@@ -16,10 +16,12 @@ from hazbot_gym.envs.registration import ENVIRONMENTS
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.study import costs, store
+from hazbot_gym.study.answer import verdict
 from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.costs import Training
 from hazbot_gym.study.headline import groups, headline, pooled_sets, scenarios_of
 from hazbot_gym.study.report import figures, maps, oracle_tables, player, tables
+from hazbot_gym.study.report.packing import packed_json
 from hazbot_gym.study.report.replays import Replays, from_rows
 from hazbot_gym.study.report.style import DASHES, MARKS, Style, styles
 from hazbot_gym.study.summary import Summary
@@ -137,6 +139,7 @@ def make_page(study: Study) -> str:
     blocks = all_blocks(study)
     first = headline(study.summary)
     replays = study.replays.chosen
+    plots = make_plots(study, blocks, looks)
     return (
         _environment()
         .get_template("page.html")
@@ -153,7 +156,9 @@ def make_page(study: Study) -> str:
             sets=[(each, describe(each)) for each in config.all_sets],
             headline=first,
             start=first.sets[0],
-            plots=make_plots(study, blocks, looks),
+            plots=plots,
+            plot_data=packed_json(plots),
+            verdict=verdict(study.summary, config),
             pictures={
                 name: maps.picture(some, config.reference_policy) for name, some in replays.items()
             },

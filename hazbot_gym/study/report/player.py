@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import json
-import zlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -15,6 +12,7 @@ from hazbot_gym.core.proxemics import INTIMATE_M, PERSONAL_M, SOCIAL_M
 from hazbot_gym.core.state import PERSON_RADIUS_M, ROBOT_RADIUS_M, Floats
 from hazbot_gym.evaluation.episode import VX, VY, X, Y
 from hazbot_gym.study.report.maps import positions, view
+from hazbot_gym.study.report.packing import packed_json
 from hazbot_gym.study.report.replays import Drive, Replay
 
 NOBODY = 99_999  # empty slot, or person outside the view
@@ -22,15 +20,15 @@ NOBODY = 99_999  # empty slot, or person outside the view
 
 def pack(replays: Mapping[str, Sequence[Replay]]) -> str:
     """Return the replays of all sets as base64 of deflated JSON."""
-    content = {
-        "sets": {name: [_replay(each) for each in some] for name, some in replays.items()},
-        "robot_cm": 100 * ROBOT_RADIUS_M,
-        "person_cm": 100 * PERSON_RADIUS_M,
-        "zones_cm": [100 * zone for zone in (SOCIAL_M, PERSONAL_M, INTIMATE_M)],
-        "nobody": NOBODY,
-    }
-    text = json.dumps(content, separators=(",", ":"), allow_nan=False)
-    return base64.b64encode(zlib.compress(text.encode(), 9)).decode()
+    return packed_json(
+        {
+            "sets": {name: [_replay(each) for each in some] for name, some in replays.items()},
+            "robot_cm": 100 * ROBOT_RADIUS_M,
+            "person_cm": 100 * PERSON_RADIUS_M,
+            "zones_cm": [100 * zone for zone in (SOCIAL_M, PERSONAL_M, INTIMATE_M)],
+            "nobody": NOBODY,
+        }
+    )
 
 
 def _replay(replay: Replay) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from hazbot_gym.study.report import maps
 from hazbot_gym.study.report import page as report
 
 HELPERS = """
+const ready = async () => { while (!document.documentElement.dataset.plots) await wait(20); };
 const wait = (ms) => new Promise((done) => setTimeout(done, ms));
 const player = document.getElementById("player");
 const play = document.getElementById("play");
@@ -29,7 +30,7 @@ const traces = (plot) => document.querySelectorAll(`[data-plot="${plot}"] .trace
 
 def run(browser: Any, script: str) -> Any:
     """Run a script on the page, which may use the names of ``HELPERS``."""
-    return browser.run(HELPERS + script)
+    return browser.run(f"{HELPERS} await ready(); {script}")
 
 
 @pytest.fixture(scope="module")
@@ -159,3 +160,47 @@ def test_every_person_of_the_gallery_has_the_color_of_an_episode(browser: Any, p
     assert set(fills) == set(strokes)
     assert 1 < len(fills) <= len(maps.HUES)
     assert "rgb(0, 0, 0)" not in fills
+
+
+def test_tables_are_sorted_by_a_click_on_a_title_and_saved_as_csv(browser: Any, page: Path) -> None:
+    browser.open(page, 1280, 900)
+    down, up, saved = run(
+        browser,
+        """
+        const table = document.querySelector("#results table");
+        const values = () => [...table.tBodies[0].rows]
+          .map((row) => parseFloat(row.cells[row.cells.length - 1].firstChild.textContent));
+        const title = [...table.tHead.rows[0].cells].pop().querySelector("button");
+        title.click();
+        const down = values();
+        title.click();
+        const link = document.querySelector("#results .save");
+        link.addEventListener("click", (event) => event.preventDefault());
+        link.click();
+        return [down, values(), link.href];
+    """,
+    )
+    assert len(down) == 4
+    assert down == sorted(down, reverse=True) != up
+    assert up == sorted(up)
+    assert saved.startswith("blob:")
+    assert browser.complaints == []
+
+
+def test_space_and_arrow_keys_drive_the_player(browser: Any, page: Path) -> None:
+    browser.open(page, 1280, 900)
+    start, later, label = run(
+        browser,
+        """
+        while (player.hidden) await wait(20);
+        const press = (key) => player.dispatchEvent(new KeyboardEvent("keydown", { key }));
+        const start = state().time;
+        for (let k = 0; k < 5; k += 1) press("ArrowRight");
+        press("ArrowLeft");
+        const later = state().time;
+        press(" ");
+        return [start, later, play.textContent];
+    """,
+    )
+    assert (start, later, label) == (0.0, 0.4, "Pause")
+    assert browser.complaints == []

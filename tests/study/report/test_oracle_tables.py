@@ -98,6 +98,7 @@ def test_a_browser_draws_all_of_it(browser: Any, page: str, tmp_path: Path) -> N
         counts = browser.run(
             """
             const wait = (ms) => new Promise((done) => setTimeout(done, ms));
+            while (!document.documentElement.dataset.plots) await wait(20);
             for (const select of document.querySelectorAll("select.set")) {
               for (const option of [...select.options]) {
                 select.value = option.value;

@@ -3,9 +3,10 @@
 (async () => {
   if (!("DecompressionStream" in window)) return;
   const MAX_HEIGHT = 420; // of a scene, in CSS pixels
+  const STEP_S = 0.1; // of an arrow key
   const CROWD = 8; // more people have no rings, which would hide the rest
   const looks = JSON.parse(document.getElementById("looks").textContent);
-  const data = await inflate(document.getElementById("replay-data").textContent);
+  const data = JSON.parse(await inflate("replay-data"));
 
   const player = document.getElementById("player");
   const setSelect = player.querySelector("select.set");
@@ -24,12 +25,6 @@
   let time = 0;
   let isPlaying = false;
   let lastFrame = 0;
-
-  async function inflate(text) {
-    const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-    return new Response(stream).json();
-  }
 
   const series = new WeakMap();
 
@@ -272,6 +267,20 @@
     draw();
   });
   window.addEventListener("resize", draw);
+  player.addEventListener("keydown", (event) => {
+    const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+    const isChoosing = event.target.matches("select, button");
+    if (event.key === " " && !isChoosing) {
+      isPlaying ? setPlaying(false) : start();
+    } else if (step && !event.target.matches("select")) {
+      setPlaying(false);
+      time = Math.min(Math.max(time + step * STEP_S, 0), horizon());
+      draw();
+    } else {
+      return;
+    }
+    event.preventDefault();
+  });
 
   document.getElementById("no-player").hidden = true;
   player.hidden = false;

@@ -1,7 +1,11 @@
 "use strict";
 // Draws the plots; one choice of scenario set and one of policies holds for the whole page.
-(() => {
-  const plots = JSON.parse(document.getElementById("plot-data").textContent);
+(async () => {
+  if (!("DecompressionStream" in window)) return;
+  const library = document.createElement("script");
+  library.textContent = await inflate("plotly");
+  document.head.append(library);
+  const plots = JSON.parse(await inflate("plot-data"));
   const hidden = new Set();
   const config = { responsive: true, displaylogo: false, displayModeBar: false, scrollZoom: false };
 
@@ -47,5 +51,6 @@
     });
   }
 
-  divs.forEach(draw);
+  await Promise.all(divs.map(draw));
+  document.documentElement.dataset.plots = "drawn";
 })();
