@@ -1,6 +1,6 @@
-"""A trained actor as plain arrays: normalise, remember, hidden layers, head. No torch.
+"""Inference of a trained actor in NumPy: normalization, LSTM, hidden layers, head.
 
-What Stable-Baselines3 does with its networks when it acts deterministically, written out:
+Equivalent to the deterministic action of Stable-Baselines3:
 
     x = clip((observation - mean) / sqrt(variance + epsilon), -clip, clip)     (VecNormalize)
     x = h of an LSTM                              recurrent PPO (``lstm``)
@@ -50,7 +50,7 @@ HEADS: dict[str, Callable[[Floats32], Floats32]] = {
 
 
 class Normalisation(NamedTuple):
-    """What VecNormalize has learned of the observations."""
+    """Observation statistics of VecNormalize."""
 
     mean: Floats32  # (width,)
     variance: Floats32  # (width,)
@@ -59,7 +59,7 @@ class Normalisation(NamedTuple):
 
 
 class Actor(NamedTuple):
-    """Weights, and how they are put together."""
+    """Actor network: weights and architecture."""
 
     layers: tuple[Layer, ...]  # the last one is the head's
     activation: str  # a name of ACTIVATIONS
@@ -78,12 +78,12 @@ class Actor(NamedTuple):
         memory: Memory | None = None,
         starts: npt.NDArray[np.bool_] | None = None,
     ) -> tuple[Floats32, Memory | None]:
-        """Return the actions in [-1, 1] for observations (..., width), and what is remembered.
+        """Return the actions in [-1, 1] for observations (..., width), and the LSTM state.
 
         Args:
-            observation: What is seen.
-            memory: What was remembered before; None at the beginning, and where there is no LSTM.
-            starts: (...) whose episode has just begun, with nothing to be remembered.
+            observation: Observations (..., width).
+            memory: LSTM state; None at the beginning, and without an LSTM.
+            starts: (...) whether an episode has just begun; resets the LSTM state.
 
         Returns:
             Actions (..., 1), NaN where an output of the network is not finite; and the memory for
@@ -100,5 +100,5 @@ class Actor(NamedTuple):
         for layer in self.layers[:-1]:
             x = activate(layer.apply(x))
         y = self.layers[-1].apply(x)
-        is_finite = np.isfinite(y).all(axis=-1, keepdims=True)  # a head would hide it
+        is_finite = np.isfinite(y).all(axis=-1, keepdims=True)  # the head would hide NaN
         return np.where(is_finite, HEADS[self.head](y), np.float32(np.nan)), memory

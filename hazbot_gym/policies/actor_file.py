@@ -1,9 +1,8 @@
-"""The file of a trained actor: one ``.npz`` without pickle, and a model card beside it.
+"""File format of a trained actor: one ``.npz`` without pickle, and a model card.
 
-The file holds the arrays of ``actor.Actor`` and a JSON text with all that is known of them: format
-version, algorithm, tier, the observation table, how it was trained and what it reached. Reading it
-runs nothing that is in it, and refuses it unless the observation table is the library's own: a
-field that moved would be misread in silence.
+The file holds the arrays of ``actor.Actor`` and JSON metadata: format version, algorithm, tier, the
+observation table, provenance and results. Reading executes no code from the file, and rejects a
+file with another observation table than the library's: a moved field would be misread silently.
 """
 
 from __future__ import annotations
@@ -25,17 +24,17 @@ from hazbot_gym.utils import npz
 
 FORMAT = 1
 MOST_TEXT = 8 * 2**20  # bytes of JSON
-# What reading raises where a file is none of ours. RecursionError: JSON nested too deeply.
+# Exceptions of reading a foreign file. RecursionError: JSON nested too deeply.
 _UNUSABLE = (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError)
 _COMPARED = ("name", "unit", "low", "high", "scale")
 
 
 class _NoActor(ValueError):
-    """What a file holds makes no actor; the message says why."""
+    """The content of a file is no actor; the message gives the reason."""
 
 
 class Trained(NamedTuple):
-    """An actor and what is known of it."""
+    """An actor and its metadata."""
 
     actor: Actor
     about: dict[str, Any]
@@ -50,18 +49,18 @@ def describe(
     training: Mapping[str, Any] | None = None,
     results: Mapping[str, Any] | None = None,
 ) -> Trained:
-    """Return an actor with its description, ready to be written.
+    """Return an actor with its metadata, ready to be written.
 
     Args:
         actor: The weights.
-        algorithm: What trained it, as the field calls it, such as ``PPO``.
+        algorithm: Name of the training algorithm, such as ``PPO``.
         tier: Information tier of its observations.
-        residual: The base that it corrects and its scale, if it does (``residual``).
-        training: How it was trained: config, seed, versions, commit.
-        results: What it reached, by name of the metric.
+        residual: Base policy and scale of a residual policy (``residual``), else None.
+        training: Provenance: config, seed, versions, commit.
+        results: Validation results by metric.
 
     Raises:
-        InvalidInput: The tier is none, or its observations have another width than the actor's.
+        InvalidInput: The tier is unknown, or its observation width differs from the actor's.
     """
     if tier not in LAYOUTS:
         raise InvalidInput(f"tier: given {tier!r}, allowed are {', '.join(LAYOUTS)}")
@@ -114,8 +113,8 @@ def read(path: Path) -> Trained:
     """Return the actor in a file.
 
     Raises:
-        InvalidInput: The file is not there, is damaged or is none of ours, or its actor was trained
-            on other observations than the library's; one line.
+        InvalidInput: The file is missing, damaged or foreign, or its actor was trained on other
+            observations than the library's; one line.
     """
     try:
         arrays = npz.read_arrays(path, kinds="fu")
@@ -143,7 +142,7 @@ def _about(text: npt.NDArray[Any]) -> dict[str, Any]:
 
 
 def check(about: Mapping[str, Any], path: Path) -> None:
-    """Refuse an actor of another format, or of another observation table than the library's."""
+    """Reject an actor of another format, or with another observation table than the library's."""
     if about["format"] != FORMAT:
         raise InvalidInput(
             f"policy: {str(path)!r} has format {about['format']}, allowed is {FORMAT}"
@@ -171,9 +170,9 @@ def _field(field: Mapping[str, Any]) -> str:
 
 
 def _actor(arrays: Mapping[str, npt.NDArray[Any]], about: Mapping[str, Any]) -> Actor:
-    """Put the arrays together; a ValueError or KeyError says that they do not fit."""
+    """Assemble the arrays; raise ValueError or KeyError if they do not fit."""
     unlike = [name for name, array in arrays.items() if array.dtype.kind != "f"]
-    with np.errstate(over="ignore"):  # what overflows is refused as not finite
+    with np.errstate(over="ignore"):  # overflows are rejected as not finite
         weights = {name: array.astype(np.float32) for name, array in arrays.items()}
     endless = [name for name, array in weights.items() if not np.isfinite(array).all()]
     if unlike or endless:
@@ -196,7 +195,7 @@ def _actor(arrays: Mapping[str, npt.NDArray[Any]], about: Mapping[str, Any]) -> 
 
 
 def _check_layers(layers: tuple[Layer, ...], inputs: int) -> None:
-    """Refuse layers that do not follow each other."""
+    """Reject layers with incompatible shapes."""
     if not layers:
         raise _NoActor("it has no layers")
     for i, layer in enumerate(layers):
@@ -221,7 +220,7 @@ def _lstm(arrays: Mapping[str, npt.NDArray[Any]], width: int) -> Lstm | None:
 
 
 def _is_residual(about: Mapping[str, Any]) -> bool:
-    """Tell whether an actor stands alone or says whole what it corrects; old files say nothing."""
+    """Return True if the residual metadata is absent or complete; old files lack it."""
     residual = about.get("residual")
     if residual is None:
         return True

@@ -1,8 +1,7 @@
-"""What a policy is, and how one is made from a line of text.
+"""Policy protocol, and construction of policies from a spec string.
 
-A policy speaks Stable-Baselines3's ``predict``, so that rules and trained models are run by the
-same code. Its action is the continuous one, whatever the environment's: who steps a discrete
-environment takes the nearest of its speeds.
+A policy implements Stable-Baselines3's ``predict``, so that rules and trained models run by the
+same code. Its action is always continuous; a discrete environment uses the nearest level.
 """
 
 from __future__ import annotations
@@ -27,9 +26,9 @@ OPTIONS = ConfigDict(extra="forbid", allow_inf_nan=False)  # of the dataclasses 
 
 @runtime_checkable
 class Policy(Protocol):
-    """Chooses the robot's speed from what it observes.
+    """Policy: chooses the robot's speed from observations.
 
-    Those of the library answer -1, stop, where an observation is invalid (``guard``).
+    Policies of the library return -1, stop, for invalid observations (``guard``).
     """
 
     def predict(
@@ -43,9 +42,9 @@ class Policy(Protocol):
 
         Args:
             observation: (n,) of one environment or (N, n) of several.
-            state: Inner state that the last call returned; None for policies without one.
+            state: Inner state of the last call; None for policies without one.
             episode_start: (N,) whether each environment has just been reset.
-            deterministic: Whether to take the most likely action instead of drawing one.
+            deterministic: Whether to return the most likely action instead of a sample.
 
         Returns:
             Actions in [-1, 1], -1 = stop, +1 = nominal speed, shape (1,) or (N, 1); and the state.
@@ -54,7 +53,7 @@ class Policy(Protocol):
 
 
 class Rule(Guarded):
-    """A policy without inner state: the share of the nominal speed follows from what is seen."""
+    """A stateless policy: maps observations to a share of the nominal speed."""
 
     def speed_share(self, observation: Observations) -> npt.ArrayLike:
         """Return the share in [0, 1] for observations (..., n): shape (...)."""
@@ -63,14 +62,14 @@ class Rule(Guarded):
     def act(
         self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
     ) -> tuple[Actions, Any]:
-        """Return the action, and the state as it was given; see ``Guarded.act``."""
+        """Return the action, and the state unchanged; see ``Guarded.act``."""
         return speed_action(self.speed_share(observation)), state
 
 
 class Entry(NamedTuple):
     """A policy of the register."""
 
-    factory: str  # "module:class", imported when first made
+    factory: str  # "module:class", imported on first use
     description: str
 
 
@@ -150,31 +149,30 @@ def speed_action(fraction: npt.ArrayLike) -> Actions:
 
 
 class Permissions(NamedTuple):
-    """What a policy that a file names may run: nothing but the library, unless the user says so."""
+    """Permissions of a policy named in a file: library code only, unless the user allows more."""
 
-    allow_pickle: bool = False  # code inside a zip of Stable-Baselines3
-    allow_code: bool = False  # modules of one's own
+    allow_pickle: bool = False  # pickled code in a zip of Stable-Baselines3
+    allow_code: bool = False  # modules of the user
 
 
 NO_CODE = Permissions()
 
 
 def make(spec: str, *, allow_pickle: bool = False, allow_code: bool = True) -> Policy:
-    """Return the policy that a line of text names.
+    """Return the policy of a spec string.
 
     Args:
         spec: ``name`` or ``name:option=value,...`` with a name of the register, or
-            ``module:attribute`` for a policy of your own: an object with ``predict``, or what makes
-            one without arguments. The path of ``learned:path=`` is all the rest of the line.
-            Policies of the library stop where an observation is invalid (``guard``); one of your
-            own is called as it is, unless it is a ``guard.Guarded``, and its answers are checked.
-        allow_pickle: Whether a ``learned`` zip may run the code that is in it.
-        allow_code: Whether ``module:attribute`` may run the code of that module. Whoever takes the
-            line from a file asks the user first (``Permissions``).
+            ``module:attribute`` for a user policy: an object with ``predict``, or a factory without
+            arguments. The path of ``learned:path=`` extends to the end of the line. Policies of the
+            library stop on invalid observations (``guard``); a user policy is called unguarded,
+            unless it is a ``guard.Guarded``, and its actions are checked.
+        allow_pickle: Whether a ``learned`` zip may execute its pickled code.
+        allow_code: Whether ``module:attribute`` may execute that module. Callers that read the spec
+            from a file must ask the user first (``Permissions``).
 
     Raises:
-        InvalidInput: an unknown name or option, a value or code that is not allowed, or no policy
-            there.
+        InvalidInput: an unknown name or option, a value or code that is not allowed, or no policy.
     """
     name, _, rest = spec.partition(":")
     if name in REGISTER:
@@ -199,7 +197,7 @@ def make(spec: str, *, allow_pickle: bool = False, allow_code: bool = True) -> P
 
 
 def spec_of(name: str, options: Mapping[str, object]) -> str:
-    """Return the line of text that makes a policy of the register with some options."""
+    """Return the spec string of a registered policy with some options."""
     return f"{name}:{','.join(f'{option}={value}' for option, value in options.items())}"
 
 
@@ -235,7 +233,7 @@ def _from_register(spec: str, name: str, text: str, *, allow_pickle: bool) -> Po
 
 
 def _path_in(spec: str, text: str) -> str:
-    """Return the path that follows ``learned:``; a path may have any letters in it."""
+    """Return the path after ``learned:``; a path may contain any character."""
     path = text.removeprefix("path=")
     if not path:
         raise InvalidInput(f"policy: {spec!r} names no file; give learned:path=FILE")
@@ -248,7 +246,7 @@ def _path_in(spec: str, text: str) -> str:
 
 
 def _parse_options(spec: str, options: str, allowed: list[str]) -> dict[str, str]:
-    """Split ``a=1,b=2``; a value without a name belongs to the option at its place."""
+    """Split ``a=1,b=2``; a value without a name is positional."""
     parsed: dict[str, str] = {}
     for place, item in enumerate(options.split(",") if options else []):
         name, equals, value = (part.strip() for part in item.partition("="))

@@ -1,4 +1,4 @@
-"""The simplest policy: one speed, whatever happens."""
+"""Constant speed policy."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hazbot_gym.policies.guard import Observations
 
 @dataclass(frozen=True, config=OPTIONS)
 class Constant(Rule):
-    """Drives at a fixed share of the nominal speed and looks at nothing."""
+    """Drives at a fixed share of the nominal speed."""
 
     fraction: Annotated[float, Ge(0), Le(1)] = 1.0
 

@@ -1,4 +1,4 @@
-"""From Stable-Baselines3's models to plain actors, and policies straight from its zip files."""
+"""Conversion of Stable-Baselines3 models to NumPy actors, and policies from SB3 zip files."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations
 from hazbot_gym.policies.layer import Layer
 from hazbot_gym.policies.lstm import Lstm
 
-MOST_TEXT = 64 * 2**20  # bytes of JSON, in which the pickles are
+MOST_TEXT = 64 * 2**20  # maximum bytes of the JSON, which contains the pickles
 
-# Where SB3 keeps a policy class, and which algorithm can load a zip with it.
+# Module of an SB3 policy class, and the algorithm that can load it.
 _LOADERS = {
     "stable_baselines3.common.policies": "stable_baselines3:PPO",
     "stable_baselines3.sac.policies": "stable_baselines3:SAC",
@@ -35,13 +35,12 @@ def actor_of(model: Any, normalize: Any = None) -> Actor:
     """Return the deterministic actor of a trained model as plain arrays.
 
     Args:
-        model: PPO, A2C, SAC, TD3, TQC or DQN of Stable-Baselines3, or what is built on them here,
+        model: PPO, A2C, SAC, TD3, TQC or DQN of Stable-Baselines3, or an extension in this package,
             with its ``MlpPolicy``; or recurrent PPO with ``MlpLstmPolicy``.
-        normalize: The ``VecNormalize`` that it was trained behind; None where it saw observations
-            as they are.
+        normalize: The ``VecNormalize`` of its training; None for raw observations.
 
     Raises:
-        InvalidInput: There is no plain form of this model.
+        InvalidInput: The model is not supported.
     """
     policy, kinds = model.policy, {kind.__name__ for kind in type(model).__mro__}
     lstm = None
@@ -87,7 +86,7 @@ def _blinkered(actor: Actor, extractor: Any) -> Actor:
 
 
 def _lstm(module: Any) -> Lstm:
-    """Return torch's LSTM; its two biases are only ever added."""
+    """Return torch's LSTM; its two biases are summed."""
     if module.num_layers != 1:
         raise InvalidInput(f"export: given an LSTM of {module.num_layers} layers, allowed is 1")
     inputs, hidden, *biases = (weights.detach().cpu().numpy() for weights in module.parameters())
@@ -120,13 +119,13 @@ def _normalisation(normalize: Any) -> Normalisation:
 
 
 def load_zip(path: Path) -> Policy:
-    """Return the policy in a zip of Stable-Baselines3. This runs code that is in the file.
+    """Return the policy in a zip of Stable-Baselines3. This executes code in the file.
 
-    A zip holds no ``VecNormalize`` statistics and no observation table; export the model to keep
-    both with it.
+    A zip holds no ``VecNormalize`` statistics and no observation table; export the model to include
+    both.
 
     Raises:
-        InvalidInput: The file is not there, or is no such zip.
+        InvalidInput: The file is missing, or is not an SB3 zip.
         MissingExtra: Stable-Baselines3 is not installed.
     """
     try:
@@ -153,14 +152,14 @@ def _load(loader: str, path: Path) -> Any:
         raise MissingExtra(package.replace("_", "-"), "train") from error
     try:
         return getattr(library, algorithm).load(path, device="cpu")
-    except Exception as error:  # whatever the pickles in it raise
+    except Exception as error:  # exceptions of its pickles
         raise InvalidInput(
             f"policy: {str(path)!r} cannot be loaded: {type(error).__name__}: {error}"
         ) from error
 
 
 def _checked(model: Any, path: Path) -> Any:
-    """Return a model of flat observations and finite weights, refuse any other."""
+    """Return the model if it has flat observations and finite weights, else raise."""
     if len(model.observation_space.shape or ()) != 1:
         raise InvalidInput(
             f"policy: {str(path)!r} takes {model.observation_space}, allowed are flat observations"
@@ -171,7 +170,7 @@ def _checked(model: Any, path: Path) -> Any:
 
 
 class _Model(Guarded):
-    """A model as a policy: its levels become the continuous actions of their speeds."""
+    """An SB3 model as a policy, with discrete levels mapped to continuous actions."""
 
     def __init__(self, model: Any) -> None:
         self._model = model
@@ -179,7 +178,7 @@ class _Model(Guarded):
     def act(
         self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
     ) -> tuple[Actions, Any]:
-        """Return what the model answers, its state with rows first; see ``Guarded.act``."""
+        """Return the model's action and its state, rows first; see ``Guarded.act``."""
         if not deterministic:
             raise InvalidInput("deterministic: given False, a trained policy allows only True")
         width = self._model.observation_space.shape[0]

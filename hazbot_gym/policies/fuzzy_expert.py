@@ -1,8 +1,8 @@
-"""The paper's fuzzy strategy, the reference policy: who is how near, how fast, and walking how?
+"""Fuzzy expert, the paper's strategy and reference policy: speed by distance, speed and pattern.
 
-Terms and rules (paper Table 1 and section 3.2.3, completed in SPEC section 3) are stated here once,
-as data. From them come the compiled controller that runs and the scikit-fuzzy control system of
-``fuzzy_system.py``. Near several people the slowest answer counts.
+Terms and rules (paper Table 1 and section 3.2.3, completed as in docs/paper.md) are data in this
+file. Both the compiled controller and the scikit-fuzzy control system of ``fuzzy_system.py`` use
+them. For several people, the slowest speed counts.
 """
 
 from __future__ import annotations
@@ -26,24 +26,24 @@ from hazbot_gym.policies.person_columns import Columns, columns_of
 
 # --- terms and rules -----------------------------------------------------------------------------
 
-SENSITIVE_M = 1.5  # R_s: the robot stands (paper)
-AVOIDANCE_M = 3.0  # R_max: people beyond are ignored (paper)
+SENSITIVE_M = 1.5  # R_s: the robot stops (paper)
+AVOIDANCE_M = 3.0  # R_max: farther people are ignored (paper)
 HALF_WIDTH = 2.0 * math.sqrt(2.0 * math.log(2.0))  # spacing / s for neighbours that cross at 0.5
-SHOULDER = math.inf  # the width of a side on which the membership stays 1
+SHOULDER = math.inf  # width of a shoulder, on which the membership stays 1
 
 
 def _between(low: float, high: float) -> float:
     return (high - low) / HALF_WIDTH
 
 
-# Centre, width left, width right [m]; centres at 75 and 90 % of R_max (SPEC A9).
+# Centre, width left, width right [m]; centres at 75 and 90 % of R_max (A9, docs/paper.md).
 DISTANCE_TERMS = {
     "DS": (1.50, SHOULDER, _between(1.50, 2.25)),
     "DE": (2.25, _between(1.50, 2.25), _between(2.25, 2.70)),
     "DN": (2.70, _between(2.25, 2.70), _between(2.70, 3.00)),
     "DF": (3.00, _between(2.70, 3.00), SHOULDER),
 }
-# Slow and fast walking [m/s]; the paper's sentence swaps the two (SPEC A18, A19).
+# Slow and fast walking [m/s]; the paper's sentence swaps the two (A18, A19).
 SPEED_TERMS = {
     "VS": (0.65, SHOULDER, _between(0.65, 1.30)),
     "VF": (1.30, _between(0.65, 1.30), SHOULDER),
@@ -51,9 +51,9 @@ SPEED_TERMS = {
 PATTERN_TERMS = ("BS", "BE", "BL", "BF")  # crossing, encountering, leading, confronting
 PATTERN_WIDTH = 1.0 / HALF_WIDTH  # of the optional Gaussian patterns, in codes
 KEPT_TERMS = {"VD": 0.00, "VZ": 0.25, "VI": 0.50, "VR": 0.75, "VT": 1.00}  # share of v_nom (A5)
-KEPT_WIDTH = 0.25 / HALF_WIDTH  # of their Gaussian sets, for the centroid alone (SPEC 3.1)
+KEPT_WIDTH = 0.25 / HALF_WIDTH  # of their Gaussian sets, for the centroid alone
 
-# The eight printed rules: distance, speed, pattern, kept speed.
+# The eight printed rules: distance, speed, pattern, speed factor.
 LITERAL_8 = """
     DS VS BS VD
     DS VF BS VD
@@ -64,7 +64,7 @@ LITERAL_8 = """
     DF VS BF VT
     DF VF BF VT
 """
-# Distance, speed, then the kept speed for each of the four patterns (SPEC 3.3).
+# Distance, speed, then the speed factor for each of the four patterns.
 COMPLETE_32 = """
     DS VS   VD VD VD VD
     DS VF   VD VD VD VD
@@ -78,12 +78,12 @@ COMPLETE_32 = """
 
 
 def literal_rules() -> list[tuple[str, ...]]:
-    """Return the paper's eight rules as (distance, speed, pattern, kept speed)."""
+    """Return the paper's eight rules as (distance, speed, pattern, speed factor)."""
     return [tuple(line.split()) for line in LITERAL_8.strip().splitlines()]
 
 
 def complete_rules() -> list[tuple[str, ...]]:
-    """Return the 32 rules, one for every combination of terms, likewise."""
+    """Return the complete 32 rules, one per combination of terms, in the same format."""
     rows = (line.split() for line in COMPLETE_32.strip().splitlines())
     return [
         (distance, speed, pattern, kept)
@@ -108,24 +108,25 @@ PERSON_FIELDS = (
 
 @dataclass(frozen=True, config=OPTIONS)
 class FuzzyExpert(PeopleRule):
-    """The paper's strategy, on tracked people or on those of ``sonar_estimate``.
+    """The paper's strategy, on tracked people or on the estimates of ``sonar_estimate``.
 
-    On the sonar tier it cannot see who is between the cones in front and those at the sides, at
-    bearings from 30 to 75 deg. SPEC section 4.2 found a robot that so forgets a passing person and
-    drives on within R_s; here people are carried on for a while when they leave a cone. Who comes
-    out of a blind sector is seen late, and who stays in one on a collision course is not seen at
-    all: in the paper's geometry C90 (scenario ``C90``) the robot drives into the person.
+    On the sonar tier people between the front and side cones are not visible, at bearings from 30
+    to 75 deg. A robot without memory would forget a passing person and drive on within R_s;
+    therefore people are extrapolated for a while after they leave a cone. People from a blind
+    sector are detected late, and people who stay in one on a collision course not at all: in the
+    paper's geometry C90 (scenario ``C90``) the robot drives into the person.
 
     Attributes:
-        rules: The 32 rules, with a stop within R_s, or the 8 printed ones and nothing else: these
-            leave whole patterns without an answer.
-        pattern: Whether patterns are crisp or Gaussian on their codes.
-        t_norm: How a rule's premises are joined.
-        release: Whether somebody behind and receding beyond R_s counts as nobody. Without it the
-            speed recovers with distance, gradually as in the paper.
-        scale: Distances at which it answers, in multiples of the paper's; the knob of the family.
-        horizon_s: t of equation 8b, by which a moving robot answers to less distance than there is,
-            R_theta = R_r - v t. The paper gives none, and no reported event needs it (SPEC A14).
+        rules: The 32 rules, with a stop within R_s, or only the 8 printed ones, which do not cover
+            all patterns.
+        pattern: Crisp patterns, or Gaussian ones over their codes.
+        t_norm: T-norm of a rule's premises.
+        release: Whether to ignore people behind who recede beyond R_s. Otherwise the speed recovers
+            gradually with distance, as in the paper.
+        scale: Scale of all distances relative to the paper's; the sweep parameter.
+        horizon_s: t of equation 8b, which reduces the distance for a moving robot,
+            R_theta = R_r - v t. The paper gives no value, and no reported event needs it (A14,
+            docs/paper.md).
     """
 
     rules: Literal["complete32", "literal8"] = "complete32"
@@ -154,11 +155,11 @@ class FuzzyExpert(PeopleRule):
         )
 
     def speed_share(self, observation: Observations) -> npt.ArrayLike:
-        """Return the slowest answer to any person; see ``base.Rule``."""
+        """Return the smallest speed factor over all people; see ``base.Rule``."""
         return self._kept(observation, np.float64(self.horizon_s))
 
     def _kept(self, observation: Observations, horizon_s: npt.ArrayLike) -> Observations:
-        """Return the slowest answer to any person, with a horizon for each observation [s]."""
+        """Return the smallest speed factor over all people, with a horizon per observation [s]."""
         rows = np.atleast_2d(np.ascontiguousarray(observation, np.float32))
         kept = np.empty(len(rows), np.float32)
         horizons = np.broadcast_to(np.asarray(horizon_s, np.float64), len(rows)).copy()
@@ -171,14 +172,14 @@ class FuzzyExpert(PeopleRule):
 def _person_counts(
     present: float, bearing_cos: float, closing_mps: float, distance_m: float, release: bool
 ) -> bool:
-    """Return whether a person is there, and not let go as behind and receding beyond R_s."""
+    """Return True if a person is present and not released (behind, receding, beyond R_s)."""
     is_leaving = release and bearing_cos < 0.0 and closing_mps < 0.0 and distance_m > SENSITIVE_M
     return present > 0.5 and not is_leaving
 
 
 @scalar
 def _pattern(row: Observations, index: Ints) -> int:
-    """Return the pattern whose flag is raised, or ``NO_PATTERN``."""
+    """Return the pattern of the set flag, or ``NO_PATTERN``."""
     for k in range(index.shape[0]):
         if row[index[k]] > 0.5:
             return CROSSING + k
@@ -195,7 +196,7 @@ def _answer(
     horizons_s: Floats,
     out: Observations,
 ) -> None:
-    """Write the smallest kept fraction beside any person for each observation: (N, n) to (N,)."""
+    """Write the smallest speed factor over all people for each observation: (N, n) to (N,)."""
     index, units = columns.entries, columns.units
     for i in range(rows.shape[0]):
         kept, row = 1.0, rows[i]

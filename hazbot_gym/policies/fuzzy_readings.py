@@ -1,7 +1,7 @@
-"""Other readings of the paper's fuzzy strategy, each with one thing read differently (SPEC 4.2).
+"""Alternative readings of the paper's fuzzy strategy, each with one change (docs/paper.md).
 
-The paper leaves open how its eight rules, its percentages, its mean and its speed v(t) are to be
-understood. ``FuzzyExpert`` is the reading that works; these are here to be run beside it.
+The paper is ambiguous about its eight rules, percentages, weighted mean and speed v(t).
+``FuzzyExpert`` is the reading that works; the others are for comparison.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from hazbot_gym.policies.robot import DECISION_S, NOMINAL_MPS
 from hazbot_gym.task.observation import layout_of
 
 Reading = Literal[
-    "inverted",  # percentages are what is taken away instead of kept (A5)
+    "inverted",  # percentages are reductions instead of speed factors (A5)
     "gaussian",  # patterns have Gaussian memberships, without a stop within R_s (A7)
     "centroid",  # Mamdani centroid instead of the weighted mean of eq 9, without that stop (A8)
     "recursive",  # v(t) is the present speed instead of the nominal one (A6)
@@ -39,11 +39,11 @@ Reading = Literal[
     "horizon",  # eq 8b with t = 1 s (A14)
     "elapsed",  # eq 8b with t = the time since the start (A14)
     "span",  # 75 and 90 % of the way from 1.5 to 3.0 m (A9)
-    "width",  # all terms of the distance 0.25 m wide, whatever their spacing (SPEC 4.1)
+    "width",  # all terms of the distance 0.25 m wide, for any spacing
     "split",  # slow and fast divided at 0.5 instead of 0.975 m/s (A19)
 ]
 READINGS: tuple[str, ...] = get_args(Reading)
-COMMON_WIDTH_M = 0.25  # of the reading "width": nearest to the paper's times (SPEC 4.1)
+COMMON_WIDTH_M = 0.25  # of the reading "width": nearest to the paper's times
 
 
 def _widths(centres: Floats) -> Floats:
@@ -54,7 +54,7 @@ def _widths(centres: Floats) -> Floats:
 
 @dataclass(frozen=True, config=OPTIONS)
 class FuzzyReading(FuzzyExpert):
-    """The strategy with one thing read differently; runs on tracked people."""
+    """The strategy with one alternative reading; for tracked people."""
 
     reading: Reading = "inverted"
 
@@ -87,7 +87,7 @@ class FuzzyReading(FuzzyExpert):
         return chosen
 
     def speed_share(self, observation: Observations) -> npt.ArrayLike:
-        """Return the answer of the reading; see ``base.Rule``."""
+        """Return the speed share of the reading; see ``base.Rule``."""
         kept = self._kept(observation, 1.0 if self.reading == "horizon" else self.horizon_s)
         if self.reading == "recursive":
             command = layout_of(observation).decode(observation)["command_mps"]
@@ -100,7 +100,7 @@ class FuzzyReading(FuzzyExpert):
         """Return the action; the state of ``elapsed`` is the time since the start (N,) [s].
 
         Raises:
-            InvalidInput: ``elapsed`` is asked on the sonar tier, whose echoes are a state already.
+            InvalidInput: ``elapsed`` on the sonar tier, whose echoes already use the state.
         """
         if self.reading != "elapsed":
             return super().act(observation, state, starts, deterministic)

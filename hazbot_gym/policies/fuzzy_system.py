@@ -23,16 +23,16 @@ def control_system(expert: FuzzyExpert, points: int = 601) -> Any:
     """Return the strategy as a ``skfuzzy.control.ControlSystem``, for plots and tests.
 
     Inputs ``distance`` [m], ``speed`` [m/s] and ``pattern`` (code), output ``kept``. scikit-fuzzy
-    takes the centroid of the output terms instead of eq 9, and knows neither R_s nor R_max.
+    uses the centroid of the output terms instead of eq 9, without R_s and R_max.
 
     Args:
-        expert: The options. Crisp patterns become Gaussian ones too narrow to reach another code.
+        expert: The options. Crisp patterns become narrow Gaussians without overlap.
         points: Resolution of each universe.
     """
     try:
         import skfuzzy as fuzz
         from skfuzzy import control
-    except ImportError as error:  # scikit-fuzzy's own dependencies may be what is missing
+    except ImportError as error:  # a dependency of scikit-fuzzy may be missing
         name = (error.name or "skfuzzy").replace("skfuzzy", "scikit-fuzzy")
         raise MissingExtra(name, "fuzzy") from error
     distance = control.Antecedent(np.linspace(0.0, 4.0, points), "distance")

@@ -1,12 +1,11 @@
-"""Stop where the observation or the answer is no valid one: the guard of every library policy.
+"""Guard of every library policy: stop on an invalid observation or action.
 
 An entry that is NaN, infinite or outside its documented bounds (``task/observation.py``) cannot
 come from a working encoder, which clips to these bounds: a sensor has failed, or the units are
-wrong. The action is then -1, stop, whatever the policy would have made of it. So it is where the
-policy's own answer is not finite. Each row of a batch is judged alone. What a policy remembers of a
-row stays as it was before the invalid observation; an episode that begins with invalid ones begins,
-for the policy, with the first valid one. Observations of other widths than the library's need only
-be finite.
+wrong. The action is then -1, stop; likewise if the policy's action is not finite. Rows of a batch
+are independent. The inner state of a row is kept unchanged by an invalid observation; an episode
+that begins with invalid observations begins, for the policy, with the first valid one. Observations
+of other widths than the library's must only be finite.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ Actions = npt.NDArray[np.float32]
 Flags = npt.NDArray[np.bool_]
 
 STOP = np.float32(-1.0)
-ROUNDING = 1e-5  # by which a scaled entry may exceed its bounds
+ROUNDING = 1e-5  # tolerance of scaled bounds
 _BOUNDS = {
     layout.width: (layout.low - np.float32(ROUNDING), layout.high + np.float32(ROUNDING))
     for layout in LAYOUTS.values()
@@ -35,9 +34,9 @@ _FINITE = np.finfo(np.float32)
 
 
 class Guarded:
-    """A policy that answers with ``act`` where it can see, and stops where it cannot.
+    """Guarded policy: calls ``act`` for valid observations, and stops otherwise.
 
-    Subclass it to give a policy of your own the same guard.
+    Subclass it to guard a user policy.
     """
 
     def act(
@@ -57,11 +56,11 @@ class Guarded:
         episode_start: npt.NDArray[np.bool_] | None = None,
         deterministic: bool = True,
     ) -> tuple[Actions, Any]:
-        """Return the action, -1 where an observation is invalid; see ``base.Policy.predict``.
+        """Return the action, -1 for invalid observations; see ``base.Policy.predict``.
 
         Raises:
-            InvalidInput: The observation is no array of numbers, or ``episode_start`` has not one
-                flag for each.
+            InvalidInput: The observation is no numeric array, or ``episode_start`` has another
+                length.
         """
         observation = numbers(observation)
         if episode_start is not None:
@@ -92,7 +91,7 @@ class Guarded:
         action, after = self.act(safe, state, starts.reshape(-1), deterministic)
         works = is_valid & np.isfinite(action).all(axis=-1)
         action = np.where(works[..., None], action, STOP)
-        if after is state:  # nothing is remembered
+        if after is state:  # stateless policy
             return action, after
         begins_later = ~works & (starts | (state is None))
         if state is not None:
@@ -101,10 +100,10 @@ class Guarded:
 
 
 class _Waiting(NamedTuple):
-    """The state of a policy for which an episode has begun with invalid observations."""
+    """The state of a policy whose episode began with invalid observations."""
 
     state: Any
-    rows: Flags  # (...) whose episode begins with the next valid observation
+    rows: Flags  # (...) True if the episode begins with the next valid observation
 
 
 def numbers(observation: Any) -> Observations:
@@ -133,14 +132,14 @@ def _flags(episode_start: Any, rows: tuple[int, ...]) -> Flags:
 
 
 def valid(observation: npt.ArrayLike) -> Flags:
-    """Return which observations (..., n) have all entries within their bounds: shape (...)."""
+    """Return True for observations (..., n) within all bounds: shape (...)."""
     entries = np.asarray(observation)
     low, high = _BOUNDS.get(entries.shape[-1] if entries.ndim else 0, (_FINITE.min, _FINITE.max))
     return np.asarray(((entries >= low) & (entries <= high)).all(axis=-1))  # NaN is neither
 
 
 def _kept(old: Any, new: Any, rows: Flags) -> Any:
-    """Return a state with some rows as they were before."""
+    """Return a state with some rows kept from before."""
     if old is new:
         return new
     if isinstance(new, tuple):

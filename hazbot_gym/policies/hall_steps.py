@@ -1,11 +1,10 @@
-"""Hall's zones as steps: in the zone of the nearest person, that zone's speed.
+"""Step function of Hall's zones: each zone of the nearest person has a fixed speed.
 
 One of the paper's five levels for each phase of Hall (1966), from standing in the intimate zone to
-nominal speed from the far social phase on. It is the paper's idea without the fuzziness: what the
-memberships and patterns of ``fuzzy_expert`` are worth shows beside it. Wider zones than Hall's slow
-the robot before anybody is near, which is why they are the default. The zones are of people. Of
-bare ultrasonic readings they would make a crawl of every corridor, whose walls stay in the personal
-zone; so on the sonar tier too it is the people of ``sonar_estimate`` who count.
+nominal speed from the far social phase on. It is the paper's idea without fuzziness, an ablation of
+the memberships and patterns of ``fuzzy_expert``. The default zones are wider than Hall's, so that
+the robot slows down early. The zones apply to people, not to raw ultrasonic readings, for which the
+walls of every corridor are in the personal zone; the sonar tier uses ``sonar_estimate``.
 """
 
 from __future__ import annotations
@@ -30,9 +29,9 @@ SHARES = np.array([0.0, 0.25, 0.5, 0.75, 1.0])  # within each bound, and beyond 
 
 @dataclass(frozen=True, config=OPTIONS)
 class HallSteps(PeopleRule):
-    """Drives at the speed of the zone in which the nearest person is."""
+    """Drives at the speed of the nearest person's zone."""
 
-    scale: Annotated[float, Ge(0)] = 2.0  # of the zones, 1 as Hall has them; the knob of the family
+    scale: Annotated[float, Ge(0)] = 2.0  # scale of the zones, 1: Hall's; the sweep parameter
 
     def speed_share(self, observation: Observations) -> Floats:
         """Return one of the five levels; see ``base.Rule``."""

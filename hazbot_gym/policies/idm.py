@@ -1,18 +1,17 @@
-"""The intelligent driver model: follows whoever is ahead like a car in a lane.
+"""Intelligent driver model (IDM): car following behind people ahead.
 
 Treiber, Hennecke and Helbing (2000), Congested traffic states in empirical observations and
 microscopic simulations:
 
     dv/dt = a [1 - (v/v0)^4 - (s*/s)^2],  s* = s0 + v T + v dv/(2 sqrt(a b))
 
-with the gap s to the one ahead, dv the speed at which it closes, and the robot's own limits as a
-and b. Every person who is in the robot's lane, or will step into it soon, is one ahead, with the
-gap to where that happens; the strictest counts. v is the speed commanded last, so that the model
-drives on where the drive still lags behind.
+with the gap s to the leader, its closing speed dv, and the robot's limits as a and b. Every person
+in the robot's lane, or about to enter it, is a leader, with the gap to the point of entry; the
+strictest counts. v is the last command, which does not include the drive's lag.
 
-The default lane is as wide as the corridor, and the headway longer than any driver's: the robot is
-slow, and people want room. Left out: people beside the lane and behind, whatever their personal
-space; and that people, other than cars, step aside. It is made for those who walk ahead.
+The default lane is as wide as the corridor, and the headway longer than in traffic: the robot is
+slow, and people want space. Left out: people beside the lane and behind, and people's evasion. The
+model is meant for leading people.
 """
 
 from __future__ import annotations
@@ -33,16 +32,16 @@ from hazbot_gym.policies.people_seen import RADII_M, People, people_seen
 from hazbot_gym.policies.robot import ACCELERATION_MPS2, BRAKING_MPS2, DECISION_S, NOMINAL_MPS
 from hazbot_gym.task.observation import layout_of
 
-SOON_S = 3.0  # who steps into the lane later does not count yet
-TOUCHING_M = 0.01  # smaller gaps count as this
+SOON_S = 3.0  # later entries into the lane are ignored
+TOUCHING_M = 0.01  # lower bound of gaps
 
 
 @dataclass(frozen=True, config=OPTIONS)
 class Idm(PeopleRule):
-    """Keeps a minimum gap and a time headway to everybody in its lane."""
+    """Keeps a minimum gap and a time headway to all people in its lane."""
 
-    headway_s: Annotated[float, Ge(0)] = 6.0  # T, the knob of the family
-    lane_m: Annotated[float, Gt(0)] = 1.2  # from the way to the lane's edge, for centres
+    headway_s: Annotated[float, Ge(0)] = 6.0  # T, the sweep parameter
+    lane_m: Annotated[float, Gt(0)] = 1.2  # half width of the lane, for centres
     gap_m: Annotated[float, Ge(0)] = INTIMATE_M  # s0
     nominal_mps: Annotated[float, Gt(0)] = NOMINAL_MPS  # v0, speed of action +1
 
@@ -56,7 +55,7 @@ class Idm(PeopleRule):
         return share
 
     def _pressure(self, people: People, v: Floats) -> Floats:
-        """Return (s*/s)^2 for everybody, 0 who is not ahead: (..., P)."""
+        """Return (s*/s)^2 for each person, 0 if not ahead: (..., P)."""
         enters_s = _enters_s(people, self.lane_m)
         is_ahead = people.x_m + (people.vx_mps - v) * enters_s > 0.0
         s = np.maximum(people.x_m + people.vx_mps * enters_s - RADII_M, TOUCHING_M)
@@ -68,6 +67,6 @@ class Idm(PeopleRule):
 
 
 def _enters_s(people: People, lane_m: float) -> Floats:
-    """Return when everybody steps into the lane, 0 who is in it, a long time who stays beside."""
+    """Return each person's time of entry into the lane, 0 if inside, large if never."""
     inward_mps = np.maximum(-people.vy_mps * np.sign(people.y_m), 1e-6)
     return np.maximum(np.abs(people.y_m) - lane_m, 0.0) / inward_mps

@@ -1,7 +1,7 @@
-"""The one knob of each family of rules, and values to sweep it over.
+"""Sweep parameter of each family of rules, and its values.
 
-A rule trades time against nearness to people, and its knob says where. One value is one point of
-that trade; to compare families, compare what they reach over all values.
+A rule trades time against intrusion, and its sweep parameter sets the trade-off. One value gives
+one point; families are compared over all values.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from hazbot_gym.errors import InvalidInput
 
 
 class Knob(NamedTuple):
-    """An option of a policy that moves it from bold to careful."""
+    """Sweep parameter: an option that moves a policy from assertive to cautious."""
 
     option: str
-    values: tuple[float, ...]  # of a sweep, the boldest first
+    values: tuple[float, ...]  # of a sweep, most assertive first
 
 
 KNOBS = {
@@ -35,14 +35,14 @@ KNOBS = {
 
 
 def sweep(family: str) -> list[str]:
-    """Return the policies of a family's sweep, as lines that ``base.make`` takes.
+    """Return the policies of a family's sweep, as arguments of ``base.make``.
 
     Args:
         family: A name of ``KNOBS``, with or without other options, such as
             ``ssm:mode=directional``.
 
     Raises:
-        InvalidInput: There is no knob for that name, or it is among the options.
+        InvalidInput: The family has no sweep parameter, or the options already set it.
     """
     name, _, options = family.partition(":")
     if name not in KNOBS:

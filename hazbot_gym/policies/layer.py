@@ -1,4 +1,4 @@
-"""A linear map of a network, the same for an observation alone as among others."""
+"""Linear layer of a network, with results independent of the batch size."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ class Layer(NamedTuple):
 def _map_rows(rows: Floats32, weight: Floats32, bias: Floats32, out: Floats32) -> None:
     """Write x W + b for every row.
 
-    Not by numpy's matrix product: its sums depend, in the last digit, on how many rows there are,
-    and an episode would not be the same alone as among others. Four inputs at a time, so that a sum
-    is loaded and stored once for four products; inner loops compile to vector instructions.
+    Not by numpy's matrix product, whose sums depend on the number of rows in the last digit, so
+    that an episode would depend on its batch. Four inputs at a time, so that a sum is loaded and
+    stored once for four products; inner loops compile to vector instructions.
     """
     fours = rows.shape[1] // 4 * 4
     for i in range(rows.shape[0]):

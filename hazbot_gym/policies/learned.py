@@ -1,7 +1,7 @@
-"""Policies that were trained: from an exported file, from a Stable-Baselines3 zip, or shipped.
+"""Learned policies: from an exported file, from a Stable-Baselines3 zip, or shipped.
 
-They act deterministically, by the most likely action; ``deterministic=False`` is refused, because
-exploring belongs to training and nothing here may draw numbers that no seed decides.
+They act deterministically, by the most likely action; ``deterministic=False`` raises, because
+exploration belongs to training and unseeded random numbers are not allowed here.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ SHIPPED = Path(__file__).parent / "shipped"
 
 
 class TrainedActor(Guarded):
-    """An actor of plain arrays as a policy."""
+    """Policy of a NumPy actor."""
 
     def __init__(self, trained: actor_file.Trained) -> None:
         self.actor, self.about = trained
@@ -33,12 +33,12 @@ class TrainedActor(Guarded):
     def act(
         self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
     ) -> tuple[Actions, Any]:
-        """Return the most likely action, and what an LSTM remembers; see ``Guarded.act``.
+        """Return the most likely action, and the LSTM state; see ``Guarded.act``.
 
-        Without an LSTM the state comes back as it was given.
+        Without an LSTM the state is returned unchanged.
 
         Raises:
-            InvalidInput: The observation is of another tier, or an action is to be drawn.
+            InvalidInput: The observation is of another tier, or ``deterministic`` is False.
         """
         if not deterministic:
             raise InvalidInput("deterministic: given False, a trained policy allows only True")
@@ -52,7 +52,7 @@ class TrainedActor(Guarded):
 
 
 class _FromFile:
-    """A policy that lets one answer which was read from a file."""
+    """Policy that delegates to a policy read from a file."""
 
     def _policy_for(self, observation: Observations) -> Policy:
         raise NotImplementedError
@@ -64,7 +64,7 @@ class _FromFile:
         episode_start: npt.NDArray[np.bool_] | None = None,
         deterministic: bool = True,
     ) -> tuple[Actions, Any]:
-        """Return what the policy of the file answers; see ``Policy.predict``."""
+        """Return the action of the file's policy; see ``Policy.predict``."""
         observation = numbers(observation)
         policy = self._policy_for(observation)
         return policy.predict(observation, state, episode_start, deterministic)
@@ -72,10 +72,10 @@ class _FromFile:
 
 @dataclass(frozen=True, config=OPTIONS)
 class Learned(_FromFile):
-    """The policy in a file that ``hazbot train`` exported, or that Stable-Baselines3 saved."""
+    """Policy from a file exported by ``hazbot train``, or saved by Stable-Baselines3."""
 
     path: Path
-    allow_pickle: bool = False  # reading a .zip runs code that is in it
+    allow_pickle: bool = False  # reading a .zip executes its pickled code
 
     def __post_init__(self) -> None:
         self._policy  # noqa: B018  (a file that cannot be used is refused when the policy is made)
@@ -100,7 +100,7 @@ class Learned(_FromFile):
 
 @dataclass(frozen=True, config=OPTIONS)
 class Ppo(_FromFile):
-    """The PPO policies that come with the library: one for each width of observations."""
+    """The shipped PPO policies, one for each observation width."""
 
     def __post_init__(self) -> None:
         if not self._policies:

@@ -1,7 +1,7 @@
-"""A network's memory: an LSTM of one layer (Hochreiter and Schmidhuber, Neural Computation 1997).
+"""LSTM of one layer (Hochreiter and Schmidhuber, Neural Computation 1997).
 
-With x what is seen, h what is answered and c what is kept, in the order in which torch has the
-gates, and with the forget gate of Gers, Schmidhuber and Cummins (2000):
+With input x, hidden state h and cell state c, gates in torch's order, and the forget gate of Gers,
+Schmidhuber and Cummins (2000):
 
     i, f, g, o = [x, h] W + b, each as wide as h
     c <- sigmoid(f) c + sigmoid(i) tanh(g)
@@ -19,7 +19,7 @@ from hazbot_gym.policies.layer import Floats32, Layer
 
 
 class Memory(NamedTuple):
-    """What an LSTM knows of an episode so far."""
+    """LSTM state."""
 
     hidden: Floats32  # (..., size) h
     cell: Floats32  # (..., size) c
@@ -43,12 +43,12 @@ class Lstm(NamedTuple):
     def remember(
         self, x: Floats32, memory: Memory | None, starts: npt.NDArray[np.bool_] | None = None
     ) -> Memory:
-        """Return the memory after one more observation.
+        """Return the state after one more observation.
 
         Args:
-            x: (..., width) what is seen.
-            memory: What was remembered before; None for nothing.
-            starts: (...) whose episode has just begun; what was remembered there is forgotten.
+            x: (..., width) input.
+            memory: Previous state; None for zeros.
+            starts: (...) whether an episode has just begun; resets the state.
         """
         nothing = np.zeros((*x.shape[:-1], self.size), np.float32)
         hidden, cell = memory or Memory(nothing, nothing)
@@ -62,6 +62,6 @@ class Lstm(NamedTuple):
 
 
 def _sigmoid(x: Floats32) -> Floats32:
-    """Return 1 / (1 + exp(-x)), in a form that nothing overflows in."""
+    """Return 1 / (1 + exp(-x)), without overflow."""
     share: Floats32 = np.float32(0.5) * (np.tanh(np.float32(0.5) * x) + np.float32(1.0))
     return share

@@ -1,14 +1,14 @@
-"""Model predictive control: the plan that would earn most if everybody walked straight on.
+"""Model predictive control (MPC) with constant-velocity prediction of people.
 
-In every decision the best plan over the horizon is worked out (``mpc_plan``), its first speed is
-commanded, and the rest is thrown away. The plan earns the library's reward, ``task/reward.py``, as
-far as it can be predicted: progress, smoothness, intrusion and contact, by the same formulas and
-weights, but for the weight of intrusion, which is the knob. Progress that a plan gives up is only
-put off, not lost; so more than the reward's own weight of intrusion pays.
+In every decision the optimal plan over the horizon is computed (``mpc_plan``), and its first speed
+is commanded. The objective is the predictable part of the reward in ``task/reward.py``: progress,
+smoothness, intrusion and contact, with the same formulas and weights, except for the weight of
+intrusion, which is the sweep parameter. Waiting delays progress without losing it; therefore a
+larger weight than the reward's pays off.
 
-Left out: that people give way, turn, or come into sight; burden, tracking and arrival; who is to
-blame for a contact. The way ahead bends everywhere as the path does a metre ahead, so that a
-corner's beginning is taken for nearer, and its end for farther, than it is.
+Left out: people who give way, turn, or come into sight; burden, tracking and arrival; the cause of
+a contact. The path ahead is predicted with the curvature at 1 m, so that a corner seems to begin
+nearer and end farther than it does.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ PROGRESS, SMOOTHNESS, CONTACT = 1.0, 0.5, 200.0  # weights of the reward, withou
 
 @dataclass(frozen=True, config=OPTIONS)
 class Mpc(PeopleRule):
-    """Drives as the best plan begins."""
+    """Drives at the first speed of the optimal plan."""
 
-    intrusion: Annotated[float, Ge(0)] = 16.0  # weight, the knob of the family
+    intrusion: Annotated[float, Ge(0)] = 16.0  # weight, the sweep parameter
     horizon_s: Annotated[float, Gt(0), Le(60)] = 4.0
     nominal_mps: Annotated[float, Ge(0.05)] = NOMINAL_MPS  # speed of action +1
 
     def speed_share(self, observation: Observations) -> Floats:
-        """Return the share with which the best plan begins; see ``base.Rule``."""
+        """Return the first share of the optimal plan; see ``base.Rule``."""
         seen, shape = layout_of(observation).decode(observation), np.shape(observation)[:-1]
         problem = self._problem()
         places = problem.stages * 2 * LEVELS + 1
@@ -77,7 +77,7 @@ class Mpc(PeopleRule):
 
 
 def _way(curvature_per_m: Floats, s: Floats) -> Floats:
-    """Return x ahead and y to the left of places on the way, (..., 2, S), at arc lengths s (S,)."""
+    """Return x ahead and y left of path points, (..., 2, S), at arc lengths s (S,)."""
     is_straight = np.abs(curvature_per_m) < STRAIGHT_PER_M
     k = np.where(is_straight, STRAIGHT_PER_M, curvature_per_m)[..., None]
     half = 0.5 * k * s  # half angle formulas: 1 - cos would lose all digits of a line

@@ -1,16 +1,15 @@
-"""The best plan of speeds among people who keep their velocities, by dynamic programming.
+"""Optimal speed plan among people at constant velocity, by dynamic programming.
 
 The lattice: ``LEVELS`` steps of speed from 0 to nominal, stages in which the robot gains one level
-at most, and places a half level's way per stage apart, so that from level i to level j it comes
-i + j places far. With V_t(i, s) the best that is still to be earned from stage t on,
+at most, and places spaced by half a level's distance per stage, so that a transition from level i
+to level j covers i + j places. With the value V_t(i, s) from stage t on,
 
     V_t(i, s) = max over j of  V_{t+1}(j, s + i + j) - h_{t+1}(s + i + j) j/LEVELS - w_s (j - i)^2
 
-where h(s) is what it costs to be at place s, at nominal speed, after that stage: the weight of
-intrusion times its depth, and that of contact where bodies overlap. Standing costs nothing. The
-progress is paid at the end, V_T(i, s) = w_p s. The optimum of
-``evaluation/oracle/dynamic_programming.py`` is the same recursion over a whole episode, on a finer
-lattice, and with people whose way is known.
+where h(s) is the cost of place s at nominal speed after that stage: the weight of intrusion times
+its depth, and that of contact if bodies overlap. Standing costs nothing. Progress is the terminal
+value, V_T(i, s) = w_p s. The optimum of ``evaluation/oracle/dynamic_programming.py`` is the same
+recursion over a whole episode, on a finer lattice, and with known trajectories of people.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ LEVELS = 5
 
 
 class Problem(NamedTuple):
-    """What is asked; weights are for a stage."""
+    """Parameters of the plan; weights are per stage."""
 
     stages: int
     stage_s: float
@@ -46,17 +45,17 @@ def plan(
     people: Floats, way: Floats, speeds: Floats, commands: Floats, problems: Records,
     values: Floats, harm: Floats, out: Floats,
 ) -> None:  # fmt: skip
-    """Write with which speed the best plan of each robot begins.
+    """Write the first speed of each robot's optimal plan.
 
     Args:
         people: (N, 5, P) the fields of ``people_seen.People``.
         way: (N, 2, S) x and y of the places ahead.
-        speeds: (N,) shares of the nominal speed, like all that follow.
+        speeds: (N,) shares of the nominal speed, as below.
         commands: (N,) commanded last.
         problems: (1,) record of ``Problem``.
-        values: (2, LEVELS + 1, S) to work with.
-        harm: (S,) to work with.
-        out: (N,) written.
+        values: (2, LEVELS + 1, S) scratch.
+        harm: (S,) scratch.
+        out: (N,) output.
     """
     problem = problems[0]
     for n in range(people.shape[0]):
@@ -74,7 +73,7 @@ def plan(
 
 @scalar
 def _look(people: Floats, way: Floats, t: int, problem: Record, harm: Floats) -> None:
-    """Write h(s) for every place that can be reached in t stages."""
+    """Write h(s) for every place reachable in t stages."""
     end = 2 * LEVELS * t + 1
     for s in range(end):
         harm[s] = np.inf  # until below, squared distance to the nearest person
@@ -93,7 +92,7 @@ def _look(people: Floats, way: Floats, t: int, problem: Record, harm: Floats) ->
 
 @scalar
 def _charge(values: Floats, harm: Floats, end: int, after: Floats) -> None:
-    """Write the values after a stage, less what it costs to be there at each speed."""
+    """Subtract the place costs at each speed from the values after a stage."""
     for level in range(LEVELS + 1):
         for s in range(end):
             after[level, s] = values[level, s] - harm[s] * level / LEVELS
@@ -115,7 +114,7 @@ def _improve(after: Floats, end: int, problem: Record, best: Floats) -> None:
 
 @scalar
 def _first(after: Floats, level: int, command: float, problem: Record) -> int:
-    """Return the best level to begin with, given the speed and what was commanded last."""
+    """Return the best first level, given the speed and the last command."""
     best, chosen = -np.inf, 0
     for j in range(max(level - problem.most_down, 0), min(level + 1, LEVELS) + 1):
         value = after[j, level + j] - problem.smoothness * (j - command) ** 2

@@ -1,8 +1,8 @@
-"""Policies of the user's own, ``module:attribute``, from what is installed or the working folder.
+"""User policies by ``module:attribute``, from installed packages or the working folder.
 
-The working folder is last on the search path, and only while such a module is imported and its
-policy is made. So no file there takes the place of a module of the library or of another package,
-and a policy of the user is to import what it needs from there before its first ``predict``.
+The working folder is last on the search path, and only during import and construction. So its files
+cannot shadow modules of the library or of other packages, and a user policy must import its helpers
+before its first ``predict``.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from hazbot_gym.errors import InvalidInput
 
 
 def is_reference(spec: str) -> bool:
-    """Return whether a line of text has the form ``module:attribute``, both with dots in them."""
+    """Return True for text of the form ``module:attribute``, both possibly dotted."""
     module, colon, attribute = spec.partition(":")
     names = (*module.split("."), *attribute.split("."))
     return bool(colon) and all(name.isidentifier() for name in names)
 
 
 def load(spec: str) -> Any:
-    """Return what ``module:attribute`` names. This runs the code of the module.
+    """Return the object ``module:attribute``. This executes the module.
 
     Raises:
         InvalidInput: There is no such module or attribute, the module fails, or its name is that of
@@ -51,10 +51,10 @@ def load(spec: str) -> Any:
 
 
 def called(what: str, code: Callable[[], Any]) -> Any:
-    """Return what code of the user's returns.
+    """Call user code and return its result.
 
     Raises:
-        InvalidInput: It fails; one line that says with what, and in which line of which file.
+        InvalidInput: It fails; one line with the error, file and line number.
     """
     try:
         return code()
@@ -66,18 +66,18 @@ def called(what: str, code: Callable[[], Any]) -> Any:
 
 
 def _import(spec: str, name: str) -> Any:
-    importlib.invalidate_caches()  # the file may be newer than what is known of its folder
+    importlib.invalidate_caches()  # the file may be newer than the import cache
     try:
         return importlib.import_module(name)
     except ModuleNotFoundError as error:
         if error.name is None or not f"{name}.".startswith(f"{error.name}."):
-            raise  # the module is there, but lacks something that it imports itself
+            raise  # the module exists, but one of its own imports is missing
         raise InvalidInput(f"policy: there is no module {name!r} for {spec!r}") from None
 
 
 @contextmanager
 def working_folder() -> Iterator[None]:
-    """Put the working folder last on the search path for a while, if it is not on it."""
+    """Context manager that appends the working folder to the search path."""
     here = str(Path.cwd())
     if here in sys.path or "" in sys.path:
         yield
@@ -90,13 +90,13 @@ def working_folder() -> Iterator[None]:
 
 
 def _refuse_two_of_one_name(spec: str, name: str) -> None:
-    """Refuse a module of the working folder that has the name of an installed one."""
+    """Reject a module of the working folder with the name of an installed one."""
     local = [path for path in (Path(f"{name}.py"), Path(name)) if path.exists()]
     if not local:
         return
     try:
         found = importlib.util.find_spec(name)
-    except ValueError:  # made by a program, from no file
+    except ValueError:  # created by a program, without a file
         return
     if found is not None and not _is_local(found, name):
         raise InvalidInput(
@@ -106,7 +106,7 @@ def _refuse_two_of_one_name(spec: str, name: str) -> None:
 
 
 def _refuse_hidden_helpers(spec: str, name: str) -> None:
-    """Refuse a module of the working folder that imports an installed one where its own is, too."""
+    """Reject a module of the working folder whose helpers are shadowed by installed modules."""
     waiting, seen = [name], {__name__.partition(".")[0]}
     while waiting:
         top = waiting.pop()
@@ -130,7 +130,7 @@ def _files_of(name: str) -> tuple[Path, Path]:
 
 
 def _imported_by(module: ModuleType) -> Iterator[str]:
-    """Yield the first names of what the source of a module imports, in functions, too."""
+    """Yield the top-level names of all imports in a module's source, functions included."""
     file = getattr(module, "__file__", None) or ""
     tree = ast.parse(Path(file).read_bytes()) if file.endswith(".py") else ast.Module([], [])
     for node in ast.walk(tree):
@@ -148,7 +148,7 @@ def _is_local(found: ModuleSpec, name: str) -> bool:
 
 
 def _place_of(error: BaseException) -> str:
-    """Return the line in which the user's code failed, as far as that can be told."""
+    """Return the line of the failure in user code, if known."""
     if isinstance(error, SyntaxError):
         return f"line {error.lineno} of {error.filename}"
     frames = [

@@ -1,7 +1,7 @@
-"""A policy of the user's own behind a check of each call and each answer.
+"""Wrapper of a user policy that checks each call and each action.
 
-A call that fails, or an answer that is no action, becomes one line that names the policy; a bare
-traceback in the middle of a study would not say which of many policies it comes from.
+A failing call or an invalid action raises a one-line error with the policy's name, which a bare
+traceback in a study would lack.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ import numpy.typing as npt
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies import own_module
 
-ROUNDING = 1e-6  # by which an action may exceed its bounds, as float32 arithmetic does
+ROUNDING = 1e-6  # float32 tolerance of action bounds
 
 
 class OwnPolicy:
-    """A policy of the user's own, as ``module:attribute`` names it.
+    """A user policy by ``module:attribute``.
 
     Attributes:
-        spec: Its line of text.
+        spec: Its spec string.
         policy: The user's object with ``predict``.
     """
 
@@ -38,7 +38,7 @@ class OwnPolicy:
         """Return the user's action as an array, and the state; see ``base.Policy.predict``.
 
         Raises:
-            InvalidInput: The call fails, or its answer is no pair of an action and a state.
+            InvalidInput: The call fails, or does not return an action and a state.
         """
 
         def ask() -> Any:
@@ -56,7 +56,7 @@ class OwnPolicy:
         return action, answer[1]
 
     def _check(self, action: npt.NDArray[Any], rows: tuple[int, ...]) -> None:
-        """Refuse an action of another shape or type, or out of bounds; integers are levels."""
+        """Reject an action of another shape or type, or out of bounds; integers are levels."""
         if action.shape not in ((*rows, 1), rows or (1,)):
             raise InvalidInput(
                 f"policy: {self.spec!r} answers in shape {action.shape}, allowed is {(*rows, 1)}"

@@ -1,7 +1,7 @@
-"""Rules about people, on every tier: tracked ones, or those that four ultrasonic sensors betray.
+"""Base class of rules about people, on every tier: tracked people, or sonar estimates.
 
-A rule is written once, for observations with people. On the sonar tier the people are put there by
-``sonar_estimate``, and what it remembers of the echoes is the policy's state.
+A rule reads observations with people. On the sonar tier ``sonar_estimate`` fills the person fields,
+and its memory of echoes is the policy's state.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ SONAR, TRACKS = LAYOUTS["sonar"], LAYOUTS["tracks"]
 
 
 class PeopleRule(Rule):
-    """A rule whose ``speed_share`` reads the fields of people."""
+    """Rule whose ``speed_share`` reads person fields."""
 
     def act(
         self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
     ) -> tuple[Actions, Any]:
-        """Return the action; the state is None, or the echoes known so far on the sonar tier.
+        """Return the action; the state is None, or the echo memory on the sonar tier.
 
         See ``Guarded.act``.
         """
@@ -37,10 +37,10 @@ class PeopleRule(Rule):
 
 
 def with_people(observation: Observations, found: dict[str, Floats]) -> Observations:
-    """Return sonar observations (..., n) with the nearest people in their slots, as on tier tracks.
+    """Return sonar observations (..., n) with person fields filled, as on the tracks tier.
 
     Args:
-        observation: Of the sonar tier.
+        observation: Sonar-tier observation.
         found: Person fields in their units, arrays (..., any number of people).
     """
     full = np.zeros((*np.shape(observation)[:-1], TRACKS.width), np.float32)

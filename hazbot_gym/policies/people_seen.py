@@ -1,9 +1,8 @@
-"""Where the people of an observation are and how they walk, in the robot's frame.
+"""Positions and velocities of observed people, in the robot's frame.
 
-The observation says how fast a person is across the line of sight, but not to which side. That
-follows from the closest approach while the robot drives. While it stands, the two sides cannot be
-told apart: then the person is there twice, once for each, and a rule about the worst of all takes
-the worse side.
+The observation has the speed across the line of sight, but not its sign. The sign follows from the
+closest approach while the robot drives. While it stands, the sign is ambiguous: then the person
+appears twice, once per sign, and a worst-case rule uses the worse one.
 """
 
 from __future__ import annotations
@@ -18,20 +17,20 @@ from hazbot_gym.task.observation import PERSON_SLOTS
 
 RADII_M = ROBOT_RADIUS_M + PERSON_RADIUS_M
 SIDES = np.array([[1.0], [-1.0]])  # left and right
-SAME_M = 0.02  # closest approaches that differ by less do not tell the two sides apart
+SAME_M = 0.02  # closest approaches that differ by less leave the sign ambiguous
 
 
 class People(NamedTuple):
     """People relative to the robot, x ahead, y to the left, velocities over ground: (..., P).
 
-    P is twice the number of slots: everybody with either side as that of the velocity across.
+    P is twice the number of slots: each person with both signs of the lateral velocity.
     """
 
     x_m: Floats
     y_m: Floats
     vx_mps: Floats
     vy_mps: Floats
-    is_there: npt.NDArray[np.bool_]  # whether somebody is, and may walk so
+    is_there: npt.NDArray[np.bool_]  # whether the person is present and the sign possible
 
 
 def of_people(seen: dict[str, Floats], field: str) -> Floats:
@@ -40,13 +39,13 @@ def of_people(seen: dict[str, Floats], field: str) -> Floats:
 
 
 def clearances_m(seen: dict[str, Floats]) -> Floats:
-    """Return the clearance to everybody, surface to surface, (..., K); infinite for empty slots."""
+    """Return the clearance to each person, surface to surface, (..., K); infinite if empty."""
     is_there = of_people(seen, "present") > 0.5
     return np.where(is_there, of_people(seen, "distance_m") - RADII_M, np.inf)
 
 
 def people_seen(seen: dict[str, Floats]) -> People:
-    """Return where everybody is in a decoded observation of fields (...), and how they walk.
+    """Return positions and velocities of people from a decoded observation of fields (...).
 
     With p the unit vector to a person and n the one across it to the left, the person's velocity is
     ``q_p p +- q_n n``: q_p follows from the closing speed, q_n from q_p and the speed.

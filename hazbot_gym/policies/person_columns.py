@@ -1,4 +1,4 @@
-"""Where an observation holds what a compiled rule reads: columns, and factors to physical units."""
+"""Columns of an observation for compiled rules, with factors to physical units."""
 
 from __future__ import annotations
 

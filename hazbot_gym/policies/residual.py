@@ -1,10 +1,10 @@
-"""A rule with a learned correction on top of it.
+"""Residual policy: a rule with a learned correction.
 
     action = clip(base(o) + scale * network(o), -1, 1)
 
 Residual policy learning (Silver, Allen, Tenenbaum and Kaelbling 2018; Johannink et al., ICRA 2019):
-what the rule knows need not be learned again, and a network that answers 0 is the rule itself. The
-network's answer is clipped to [-1, 1] first, so the rule is overruled by ``scale`` at most.
+the network only learns a correction, and a zero network equals the rule. The network's output is
+clipped to [-1, 1], so that the correction is at most ``scale``.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ def corrected(action: Actions, correction: Actions, scale: float) -> Actions:
 
 
 def base_of(spec: str) -> Policy:
-    """Return the policy that a correction goes on top of.
+    """Return the base policy of a residual.
 
-    A file of weights names it, and reading one must run nothing that is in it. So neither modules
-    nor other files are followed.
+    Its name comes from a weights file, and reading must not execute code. So neither modules nor
+    other files are allowed.
 
     Raises:
-        InvalidInput: It is no rule of the library, or its options are not allowed.
+        InvalidInput: The base is no rule of the library, or its options are not allowed.
     """
     allowed = [name for name in REGISTER if name != "learned"]
     if spec.partition(":")[0] not in allowed:
@@ -43,20 +43,20 @@ def base_of(spec: str) -> Policy:
 def unguarded(
     policy: Policy, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
 ) -> tuple[Actions, Any]:
-    """Return a part's bare answer: a stop of one part alone would not stop the whole."""
+    """Return a part's action without its guard, since only the whole policy may stop."""
     answer = policy.act if isinstance(policy, Guarded) else policy.predict
     return answer(observation, state, starts, deterministic)
 
 
 def on_its_base(network: Policy, residual: Mapping[str, Any] | None) -> Policy:
-    """Return a network as it drives: on its base, or alone where there is none."""
+    """Return a network with its base, or the network itself without a base."""
     if residual is None:
         return network
     return Residual(base_of(residual["base"]), network, residual["scale"])
 
 
 class Residual(Guarded):
-    """A base and a network as one policy; the inner state is that of the one and of the other."""
+    """Residual policy of a base and a network; the state is a pair."""
 
     def __init__(self, base: Policy, network: Policy, scale: float) -> None:
         self.base, self.network, self.scale = base, network, scale
@@ -64,7 +64,7 @@ class Residual(Guarded):
     def act(
         self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
     ) -> tuple[Actions, Any]:
-        """Return the corrected action and the next states of both; see ``Guarded.act``."""
+        """Return the corrected action and the pair of states; see ``Guarded.act``."""
         rule, memory = (None, None) if state is None else state
         action, rule = unguarded(self.base, observation, rule, starts, deterministic)
         correction, memory = unguarded(self.network, observation, memory, starts, deterministic)

@@ -1,7 +1,7 @@
-"""The robot as the rules take it to be: its limits, which no observation tells.
+"""Robot limits assumed by the rules, which are not part of the observation.
 
-They are those of the environment's own config (``config.Drive``, ``config.Clock``). Who drives a
-robot with other limits has rules that err by so much.
+They are the defaults of ``config.Drive`` and ``config.Clock``; for other limits the rules err
+accordingly.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""What may be tuned of each family of rules, and within which bounds; every default lies inside.
+"""Tuning spaces of the rule families, with bounds around every default.
 
-The bounds are wide enough that what is best on validation is not at an end of them, as far as that
-was seen; a tuned policy that ends at a bound says so in its record.
+The bounds are wide enough that best validation results are inside, as far as known; a record
+reports options at a bound.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 
 class Interval(NamedTuple):
-    """A number from low to high, both allowed."""
+    """Closed interval of a tunable number."""
 
     low: float
     high: float

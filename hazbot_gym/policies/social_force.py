@@ -1,17 +1,17 @@
-"""The social force as a speed policy: the total force along the way gives the acceleration.
+"""Social force as a speed policy: the total force along the path gives the acceleration.
 
-Paper eqs 7 and 8a: ``m dv/dt = F_acc + F_int + F_att``. The paper gives no force law and no
-constants. Taken are those of Helbing and Molnar 1995 (``core/social_force.py``), as published, in
-which a robot counts as a walker whose desired velocity is the nominal speed along its path:
+Paper eqs 7 and 8a: ``m dv/dt = F_acc + F_int + F_att``. The paper gives neither force law nor
+constants. This policy uses those of Helbing and Molnar 1995 (``core/social_force.py``), as
+published, with the robot as a walker whose desired velocity is the nominal speed along its path:
 
     dv/dt = (v_nom - v)/tau + sum_b w(e, f_b) f_b . e,    f_b = A exp(-c_b/B) n_b
     v <- clip(v + dv/dt dt, 0, v_nom)
 
 with the clearance c_b to each person and n_b from them to the robot. The forces are per unit mass,
 so the robot's 34 kg cancel: F = 34 kg times the acceleration. F_acc is the first term, F_int the
-sum; the pull of the goal, F_att, is in the first term already. Left out: the ellipse along the
-other's step, whose two halves cancel on the line of sight, all that speed can answer to, as soon as
-the step reaches the robot; walls, which the path keeps clear of; and steering.
+sum; the attraction of the goal, F_att, is part of the first term. Left out: the elliptical form,
+whose two halves cancel on the line of sight as soon as the other's step reaches the robot; walls,
+since the path keeps clear of them; and steering.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ PERSON_FIELDS = ("present", "distance_m", "bearing_cos", "bearing_sin")
 
 @dataclass(frozen=True, config=OPTIONS)
 class SocialForceSpeed(PeopleRule):
-    """Accelerates as the total social force along the robot's heading asks."""
+    """Accelerates by the total social force along the robot's heading."""
 
-    strength: Annotated[float, Ge(0)] = 1.0  # multiplies the repulsion; the knob of the family
+    strength: Annotated[float, Ge(0)] = 1.0  # factor of the repulsion; the sweep parameter
     nominal_mps: Annotated[float, Gt(0)] = NOMINAL_MPS  # speed of action +1
 
     def speed_share(self, observation: Observations) -> Observations:

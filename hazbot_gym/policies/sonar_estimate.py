@@ -1,22 +1,21 @@
-"""People from four ultrasonic readings: what the sonar tier can know, as a tracker's fields.
+"""People estimated from four ultrasonic readings, in the format of the tracker's fields.
 
-Each sensor has an alpha-beta filter (Kalata 1984) of its echo's range r and of u, the speed at
-which the echo's source itself comes towards the robot: r' = -(u + v cos(bearing)), with v the
-robot's own speed. What stands still has u = 0, however the robot drives.
+Each sensor has an alpha-beta filter (Kalata 1984) of its echo's range r and of u, the approach
+speed of the echo's source over ground: r' = -(u + v cos(bearing)), with v the robot's own speed.
+Static objects have u = 0 for any v.
 
-In front, an echo is the side wall where it has the range at which the cone's edge meets that wall.
-Else it is a person if its source moves, or came in from the side at a leap. What stands is taken
-for a wall until it is nearer than any wall that a path leads past. At the sides a person is what is
-nearer than the wall, and the wall is what kept its distance for a while. Who leaves a cone is
-carried on at the last speed, since the sensors are blind to bearings from 30 to 75 deg.
+In front, an echo is the side wall if its range equals that of the cone's edge on the wall.
+Otherwise it is a person if its source moves, or appeared from the side by a jump. A static source
+counts as a wall until it is nearer than any wall beside a path. At the sides a person is nearer
+than the wall, and the wall is the source at constant distance. A person who leaves a cone is
+extrapolated at the last speed, since the sensors are blind at bearings from 30 to 75 deg.
 
-What this cannot know: speed across the line of sight, so that everybody is taken to walk along it;
-the farther of two people in one cone; who is farther ahead than where the cones meet the side
-walls; who comes out of a blind sector; who walks beside the robot at its own speed. A wall that
-narrows the way is taken for somebody who walks ahead, since its range stays while the robot drives:
-between shelves the robot is slow for nobody. In a turn walls sweep through the cones, and only what
-is near counts as a person. The paper does not say how its robot told people from walls (SPEC A15,
-A16): all of this is our choice.
+Not observable: speed across the line of sight, which is assumed zero; the farther of two people in
+one cone; people beyond the intersection of cones and side walls; people in a blind sector; people
+beside the robot at its own speed. A narrowing wall looks like a leading person, since its range is
+constant while the robot drives: between shelves the robot is slow without people. In a turn walls
+sweep through the cones, and only near echoes count as people. The paper does not say how its robot
+distinguishes people from walls (A15, A16, docs/paper.md): all of this is our choice.
 """
 
 from __future__ import annotations
@@ -35,17 +34,15 @@ from hazbot_gym.task.observation import HORIZON_S, SONAR_RANGE_M
 Flags = npt.NDArray[np.bool_]
 
 ALPHA, BETA = 0.6, 0.27  # gains of r and u, critically damped: beta = 2(2 - a) - 4 sqrt(1 - a)
-LEAP_M = 0.35  # so far from what was predicted is another source; nobody comes at 3.5 m/s
+LEAP_M = 0.35  # a larger innovation is another source; no person approaches at 3.5 m/s
 MOVING_MPS = 0.2  # almost four standard deviations of u, with the paper's noise of +-0.03 m
-SETTLED = 4  # readings of one source from which on its u is believed
-WALL_M = 0.25  # tolerance of where a wall is expected: tracking errors and noise
+SETTLED = 4  # readings of one source before its u is used
+WALL_M = 0.25  # tolerance of the expected wall range: tracking errors and noise
 NEAR_M = 0.9  # walls 0.55 m or more beside the path never give a nearer echo in front
-STEADY_S = 1.5  # what has not moved for so long is a wall
-SIDE_WALL_M = 2.0  # farther echoes from the side come out of an opening
-CARRIED_S = 2.5  # how long a person is carried on without an echo
-SAME_M = (
-    0.3  # echoes of both sensors in front that differ by less are of one person, straight ahead
-)
+STEADY_S = 1.5  # a source static for this long is a wall
+SIDE_WALL_M = 2.0  # farther side echoes come from an opening
+CARRIED_S = 2.5  # extrapolation time without an echo
+SAME_M = 0.3  # front echoes that differ by less belong to one person straight ahead
 TURNING_RADPS = 0.2  # yaw rate above which walls sweep through the cones in front
 
 SENSOR = Ultrasonic()
@@ -56,26 +53,26 @@ TO_CENTRE_M = SENSOR.mount_radius_m + PERSON_RADIUS_M  # from a range to a dista
 
 
 class Echoes(NamedTuple):
-    """What is known of each sensor's echo: arrays (..., 4), in the order of the sensors."""
+    """Filter state of each sensor's echo: arrays (..., 4), in the order of the sensors."""
 
-    range_m: Floats  # filtered, or carried on
+    range_m: Floats  # filtered, or extrapolated
     towards_mps: Floats  # u, the source's own speed towards the robot
     heard: Ints  # readings of this source so far
-    steady_s: Floats  # for how long it has not moved
+    steady_s: Floats  # time without motion
     is_person: Flags
-    lost_s: Floats  # for how long a person is carried on without an echo
+    lost_s: Floats  # time of extrapolation without an echo
     side_wall_m: Floats  # (..., 2) the reading of the wall on the left and on the right
 
 
 def listen(
     seen: dict[str, Floats], last: Echoes | None, starts: npt.ArrayLike | None = None
 ) -> Echoes:
-    """Return what is known after one more observation.
+    """Return the filter state after one more observation.
 
     Args:
         seen: A decoded observation, arrays (...).
-        last: What was known before, or None.
-        starts: (...) whose episode has just begun.
+        last: The previous state, or None.
+        starts: (...) whether an episode has just begun.
     """
     readings_m = np.stack([seen[f"range_{name}_m"] for name in SENSOR_NAMES], axis=-1)
     first = _first(readings_m)
@@ -89,7 +86,7 @@ def listen(
 
 
 def _first(readings_m: Floats) -> Echoes:
-    """Return what one reading tells: where the side walls are, and what is too near for a wall."""
+    """Return the initial state: side walls, and echoes too near for a wall."""
     nothing = np.zeros_like(readings_m)
     return Echoes(
         range_m=readings_m,
@@ -103,7 +100,7 @@ def _first(readings_m: Floats) -> Echoes:
 
 
 def _update(last: Echoes, readings_m: Floats, seen: dict[str, Floats]) -> Echoes:
-    """Return what is known after one more reading of the same episode."""
+    """Return the state after one more reading of the same episode."""
     own_mps = seen["speed_mps"][..., None] * np.cos(MOUNTED_RAD)
     predicted_m = last.range_m - (last.towards_mps + own_mps) * DECISION_S
     off_m = readings_m - predicted_m
@@ -140,7 +137,7 @@ def _update(last: Echoes, readings_m: Floats, seen: dict[str, Floats]) -> Echoes
 
 
 def _is_wall(readings_m: Floats, side_wall_m: Floats, theta_e_rad: Floats) -> Flags:
-    """Return (..., 4) which readings are those of the side walls, or of nothing at all.
+    """Return (..., 4) True for readings of the side walls, or without an echo.
 
     A cone's edge at the angle g to the path meets the wall, w from the rim of a robot of radius m,
     at ``(m + w - m sin(a)) / sin(g)``, with a the angle at which the sensor is mounted.
@@ -155,13 +152,13 @@ def _is_wall(readings_m: Floats, side_wall_m: Floats, theta_e_rad: Floats) -> Fl
 
 
 def people(echoes: Echoes, speed_mps: Floats) -> dict[str, Floats]:
-    """Return the person fields of every sensor's echo, arrays (..., 4); ``present`` where one is.
+    """Return the person fields of every sensor's echo, arrays (..., 4), ``present`` if a person.
 
-    Crossing is who came in from the side and neither approaches nor leaves; confronting, whom both
-    sensors in front hear; encountering, whom one of them hears; leading, who walks away.
+    Crossing: came from the side and neither approaches nor recedes; confronting: echo in both front
+        sensors; encountering: echo in one of them; leading: recedes.
 
     Args:
-        echoes: What is known of the echoes.
+        echoes: Filter state.
         speed_mps: (...) speed of the robot.
     """
     u, is_person = echoes.towards_mps, echoes.is_person
@@ -196,7 +193,7 @@ def people(echoes: Echoes, speed_mps: Floats) -> dict[str, Floats]:
 def _closest_approach(
     distance_m: Floats, sine: Floats, cosine: Floats, u: Floats, v: Floats
 ) -> tuple[Floats, Floats]:
-    """Return time and distance of the closest approach to somebody who walks along the line."""
+    """Return time and distance of the closest approach, for walking along the line of sight."""
     along_mps, across_mps = u + v * cosine, v * sine  # of the relative velocity
     squared = along_mps**2 + across_mps**2
     time_s = np.maximum(along_mps, 0.0) * distance_m / np.maximum(squared, 1e-9)

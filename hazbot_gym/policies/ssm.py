@@ -1,10 +1,10 @@
-"""Speed and separation monitoring as a policy: as fast as the nearest person permits.
+"""Speed and separation monitoring (SSM) as a policy: the largest permitted speed.
 
-``strict`` takes everybody for approaching at 1.6 m/s, as ISO 13855 asks where nothing is measured.
-``directional`` takes the speed with which each person really approaches along the line of sight,
-and nothing for people who walk away. In narrow places the first all but stands; the second is what
-a careful engineer would build. On the sonar tier both see the people of ``sonar_estimate``, and
-nobody in its blind sectors. Formula and source: ``core/ssm.py``.
+``strict`` assumes that every person approaches at 1.6 m/s, as ISO 13855 requires without
+measurement. ``directional`` uses each person's measured approach speed along the line of sight, and
+0 for receding people. In narrow places the first almost stands still; the second is the practical
+variant. On the sonar tier both use ``sonar_estimate``, which is blind in some sectors. Formula and
+source: ``core/ssm.py``.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from hazbot_gym.task.observation import layout_of
 
 @dataclass(frozen=True, config=OPTIONS)
 class Ssm(PeopleRule):
-    """Drives at the largest speed whose protective separation distance is kept to everybody."""
+    """Drives at the largest speed that keeps the protective separation distance to all people."""
 
     mode: Literal["strict", "directional"] = "strict"
-    margin_m: Annotated[float, Ge(-0.55)] = 0.0  # added to the distance; the knob of the family
+    margin_m: Annotated[float, Ge(-0.55)] = 0.0  # added to the distance; the sweep parameter
     nominal_mps: Annotated[float, Gt(0)] = NOMINAL_MPS  # speed of action +1
 
     def speed_share(self, observation: Observations) -> Floats:
-        """Return the share that the strictest person permits; see ``base.Rule``."""
+        """Return the smallest permitted share over all people; see ``base.Rule``."""
         seen = layout_of(observation).decode(observation)
         approach_mps = None
         if self.mode == "directional":

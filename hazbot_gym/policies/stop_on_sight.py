@@ -1,8 +1,8 @@
-"""The rule of the simplest mobile robots: stop if something is near ahead, go on when it is gone.
+"""Stop on sight: stop for an obstacle ahead, resume when it is gone.
 
-Two thresholds instead of one keep it from stuttering (hysteresis). It looks at the two ultrasonic
-sensors in front alone, so it takes walls for people, and does not see who comes from the side: who
-asks it to keep farther away than the cones meet the side walls makes it stand for ever.
+Two thresholds prevent chattering (hysteresis). It uses the two front ultrasonic sensors only, so
+that it stops for walls, too, and misses people from the side; with a threshold beyond the cones'
+intersection with the side walls it stops forever.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ HYSTERESIS_M = 0.4
 
 @dataclass(frozen=True, config=OPTIONS)
 class StopOnSight(Guarded):
-    """Stops below one distance ahead and drives on at nominal speed above another.
+    """Stops below one distance ahead and resumes nominal speed above another.
 
     Attributes:
-        stop_m: Reading below which it stops; the knob of the family.
-        resume_m: Reading from which on it drives again; ``HYSTERESIS_M`` more if not given.
+        stop_m: Reading below which it stops; the sweep parameter.
+        resume_m: Reading above which it resumes; default ``HYSTERESIS_M`` more.
     """
 
     stop_m: Annotated[float, Gt(0)] = 0.8

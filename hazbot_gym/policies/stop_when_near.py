@@ -1,7 +1,6 @@
-"""Stops while somebody is near, drives at full speed otherwise: the simplest rule about people.
+"""Stop when near: stop while a person is near, else drive at full speed.
 
-The bearing does not matter, nor who is walking where. Study after study has it as the rule that an
-elaborate strategy has to beat.
+Bearing and motion are ignored. It is a common baseline of social navigation studies.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from hazbot_gym.task.observation import layout_of
 class StopWhenNear(PeopleRule):
     """Stops while the clearance to the nearest person is below a threshold."""
 
-    stop_m: Annotated[float, Ge(0)] = 1.2  # the knob of the family; Hall's personal distance
+    stop_m: Annotated[float, Ge(0)] = 1.2  # the sweep parameter; Hall's personal distance
 
     def speed_share(self, observation: Observations) -> Floats:
         """Return 0 or 1; see ``base.Rule``."""

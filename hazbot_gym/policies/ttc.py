@@ -1,13 +1,13 @@
-"""A time-to-collision governor: the largest speed at which no collision is near.
+"""Time-to-collision (TTC) governor: the largest speed without a near collision.
 
-Of a grid of speeds it takes the largest at which the time to collision with everybody seen exceeds
-a horizon, each taken to keep its velocity; it stops if there is none. In one dimension this is the
-choice of a velocity obstacle with a time limit (Fiorini and Shiller 1998, who leave out collisions
-later than a horizon). Bodies count as larger by a margin: with none the horizon hardly moves how
-near people are driven past, only what is left for braking. Formula and source: ``core/ttc.py``.
+It selects the largest speed of a grid at which the time to collision with every observed person
+exceeds a horizon, at constant velocities; it stops if there is none. In one dimension this equals a
+velocity obstacle with a time limit (Fiorini and Shiller 1998, who leave out collisions later than a
+horizon). Bodies are enlarged by a margin: without it the horizon hardly changes passing distances,
+only the braking distance. Formula and source: ``core/ttc.py``.
 
-On the sonar tier everybody is taken to walk along the line of sight (``sonar_estimate``), so that
-even who would pass beside stops the robot, and nobody in a blind sector does.
+On the sonar tier people are assumed to walk along the line of sight (``sonar_estimate``), so that
+passing people stop the robot, too, and people in a blind sector do not.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ SHARES = np.array([1.0, 0.75, 0.5, 0.25, 0.0])  # of the nominal speed: the pape
 class Ttc(PeopleRule):
     """Drives at the largest speed that leads to no collision within a horizon."""
 
-    horizon_s: Annotated[float, Ge(0)] = 2.0  # the knob of the family
+    horizon_s: Annotated[float, Ge(0)] = 2.0  # the sweep parameter
     margin_m: Annotated[float, Ge(0)] = INTIMATE_M  # added to the radii, as C is in ``core/ssm.py``
     nominal_mps: Annotated[float, Gt(0)] = NOMINAL_MPS  # speed of action +1
 
@@ -50,7 +50,7 @@ class Ttc(PeopleRule):
 def meets_nobody(
     people: People, speeds_mps: Floats, horizon_s: float, margin_m: float
 ) -> npt.NDArray[np.bool_]:
-    """Return at which of G speeds the robot meets nobody within a horizon, (..., G).
+    """Return True for each of G speeds without a collision within a horizon, (..., G).
 
     Args:
         people: Arrays (..., P).
@@ -65,5 +65,5 @@ def meets_nobody(
 
 
 def largest_free(shares: Floats, is_free: npt.NDArray[np.bool_]) -> Floats:
-    """Return the first of G shares that is free, 0 if none is: (..., G) to (...)."""
+    """Return the first free one of G shares, 0 if none is free: (..., G) to (...)."""
     return np.where(is_free.any(axis=-1), shares[is_free.argmax(axis=-1)], 0.0)

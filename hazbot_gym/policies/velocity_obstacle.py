@@ -1,19 +1,19 @@
-"""A velocity obstacle in one dimension, with the responsibility shared or not.
+"""Velocity obstacle in one dimension, with optional shared responsibility.
 
 Fiorini and Shiller (1998), Motion planning in dynamic environments using velocity obstacles: a
-velocity is forbidden if, kept, it meets somebody within a horizon. Van den Berg, Lin and Manocha
-(2008), Reciprocal velocity obstacles for real-time multi-agent navigation: if the others avoid too,
-each needs to make but a share r of the change, so that a new speed v' is as good as
+constant velocity is forbidden if it leads to a collision within a horizon. Van den Berg, Lin and
+Manocha (2008), Reciprocal velocity obstacles for real-time multi-agent navigation: if others avoid
+too, each agent contributes a share r of the change, so that a new speed v' counts as
 
     v + (v' - v)/r
 
-would be alone; r = 1/2 among equals, as in ORCA (van den Berg et al. 2011), r = 1 if nobody else
-avoids. Of a grid of speeds the largest that is not forbidden is taken, and none if all are.
+with r = 1/2 among equals, as in ORCA (van den Berg et al. 2011), and r = 1 if others do not avoid.
+The policy selects the largest allowed speed of a grid, and stops if all are forbidden.
 
-The robot cannot leave its path, so that from whoever comes straight on only standing helps. With
-r = 1 this is the rule ``ttc`` on a finer grid. Left out: ORCA's half planes, which in one dimension
-leave an interval of this set. Discs are as wide as personal space, not as bodies: how wide counts
-for more than how far the horizon is.
+The robot cannot leave its path, so that it must stop for head-on people. With r = 1 this is the
+rule ``ttc`` on a finer grid. Left out: ORCA's half planes, which in one dimension leave an interval
+of this set. Discs have the size of personal space, not of bodies: the size matters more than the
+horizon.
 """
 
 from __future__ import annotations
@@ -39,15 +39,15 @@ SHARES = np.linspace(1.0, 0.0, 21)  # of the nominal speed
 
 @dataclass(frozen=True, config=OPTIONS)
 class VelocityObstacle(PeopleRule):
-    """Drives at the largest speed outside everybody's velocity obstacle."""
+    """Drives at the largest speed outside all velocity obstacles."""
 
-    horizon_s: Annotated[float, Ge(0)] = 2.0  # later meetings do not count
+    horizon_s: Annotated[float, Ge(0)] = 2.0  # later collisions are ignored
     responsibility: Annotated[float, Gt(0), Le(1)] = 0.5  # r
-    margin_m: Annotated[float, Ge(0)] = PERSONAL_M  # added to the radii; the knob of the family
+    margin_m: Annotated[float, Ge(0)] = PERSONAL_M  # added to the radii; the sweep parameter
     nominal_mps: Annotated[float, Gt(0)] = NOMINAL_MPS  # speed of action +1
 
     def speed_share(self, observation: Observations) -> Floats:
-        """Return the largest share that is not forbidden; see ``base.Rule``."""
+        """Return the largest allowed share; see ``base.Rule``."""
         seen = layout_of(observation).decode(observation)
         own_mps = seen["speed_mps"][..., None, None]
         alone_mps = own_mps + (SHARES * self.nominal_mps - own_mps) / self.responsibility

@@ -1,1 +1,1 @@
-"""Helpers without a subject of their own, which every room but ``core`` may use."""
+"""General helpers: files, provenance, terminal, YAML, checksums, processors."""

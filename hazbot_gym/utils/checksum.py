@@ -1,4 +1,4 @@
-"""A checksum inside a file, by which any changed byte shows and the file stays of its format.
+"""Embedded checksums that detect any changed byte and keep the file format valid.
 
 The file's bytes hold ``MARK`` and 64 hexadecimal digits exactly once: in a JSON object as a value,
 in a parquet file as metadata, in a zip archive as its comment. The digits are the SHA-256 of all
@@ -25,7 +25,7 @@ def seal(data: bytes) -> bytes:
 
 
 def is_whole(data: bytes) -> bool:
-    """Tell whether the bytes of a file are those that were sealed."""
+    """Return True if the bytes of a file match their checksum."""
     before, mark, after = data.partition(MARK.encode())
     if not mark or MARK.encode() in after:
         return False

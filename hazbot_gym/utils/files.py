@@ -1,7 +1,7 @@
-"""Files that are whole or absent, never half-written, and records that notice damage.
+"""Atomic file writing, and records with checksums.
 
-Each file is filled under another name first. A record has a checksum inside
-(``utils/checksum.py``), which is compared before anything of it is used.
+Each file is written under a temporary name and then renamed. A record contains a checksum
+(``utils/checksum.py``), which is verified on reading.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ try:
 except ImportError:  # not on Windows
     fcntl = None  # type: ignore[assignment]
 
-LONGEST = 200  # bytes of a name; file systems allow 255, and something is added to it
-CHECKSUM = "checksum"  # key of a JSON record, which readers do not see
+LONGEST = 200  # bytes of a name; file systems allow 255, including a temporary suffix
+CHECKSUM = "checksum"  # key of a JSON record, hidden from readers
 
 
 class Damaged(InvalidInput):
-    """A record is not what was written: cut off, changed, or of a version without checksums."""
+    """A record is damaged: truncated, changed, or of a version without checksums."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(
@@ -37,7 +37,7 @@ class Damaged(InvalidInput):
 
 
 def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
-    """Let ``write`` fill a file beside ``path``, then rename it: readers see all of it or none.
+    """Write a file atomically: ``write`` fills a temporary file, which is renamed to ``path``.
 
     Raises:
         InvalidInput: The file cannot be written: no space, no permission, no folder.
@@ -57,16 +57,16 @@ def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
 
 
 def check_writable(path: Path, field: str = "out") -> None:
-    """Complain before any work if a file could not be written in the end; leave nothing behind.
+    """Raise before any work if a file cannot be written; leave nothing behind.
 
     Args:
-        path: Of the file; folders that are not there yet would be made.
-        field: Name of what the user gave.
+        path: Path of the file; missing folders would be created.
+        field: Name of the user's option.
 
     Raises:
-        InvalidInput: It is a folder, or a place where nothing can be written.
+        InvalidInput: The path is a folder or not writable.
     """
-    if os.path.isdir(path):  # which takes names that are too long
+    if os.path.isdir(path):  # which rejects names that are too long
         raise InvalidInput(f"{field}: given {str(path)!r}, which is a folder; give a file")
     try:
         nearest = next(folder for folder in path.absolute().parents if folder.exists())
@@ -77,12 +77,12 @@ def check_writable(path: Path, field: str = "out") -> None:
 
 
 def write_bytes(path: Path, data: bytes) -> None:
-    """Write bytes as they are."""
+    """Write bytes atomically."""
     write_atomically(path, lambda beside: _write(beside, data))
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write text as UTF-8; what is no letter of it (from the name of a file) as an escape."""
+    """Write text as UTF-8; invalid characters (from file names) are escaped."""
     write_bytes(path, text.encode(errors="backslashreplace"))
 
 
@@ -91,8 +91,8 @@ def write_json(path: Path, content: Mapping[str, Any], *, is_sorted: bool = True
 
     Args:
         path: Of the file.
-        content: A number that is not finite must have become ``None`` before.
-        is_sorted: Whether keys are sorted, or stay in their order.
+        content: Values for JSON, with ``None`` for numbers that are not finite.
+        is_sorted: Whether to sort keys.
     """
     sealed = {**content, CHECKSUM: BLANK}
     text = json.dumps(sealed, indent=2, sort_keys=is_sorted, allow_nan=False, ensure_ascii=False)
@@ -100,16 +100,16 @@ def write_json(path: Path, content: Mapping[str, Any], *, is_sorted: bool = True
 
 
 def read_json(path: Path) -> dict[str, Any]:
-    """Return a JSON record as it was written.
+    """Read and verify a JSON record.
 
     Raises:
-        Damaged: Its checksum is absent, or not that of its content.
-        InvalidInput: It cannot be read.
+        Damaged: Its checksum is missing or wrong.
+        InvalidInput: The file cannot be read.
     """
     data = read_sealed(path)
     try:
         content = json.loads(data)
-    except (ValueError, RecursionError) as error:  # whoever made it has computed a checksum
+    except (ValueError, RecursionError) as error:  # foreign file with a valid checksum
         raise Damaged(path) from error
     if not isinstance(content, dict) or CHECKSUM not in content:
         raise Damaged(path)
@@ -119,7 +119,7 @@ def read_json(path: Path) -> dict[str, Any]:
 
 def read_sealed(path: Path) -> bytes:
     """Return the bytes of a file that has a checksum inside; raises as ``read_json``."""
-    if path.exists() and not path.is_file():  # a pipe or a device may have no end
+    if path.exists() and not path.is_file():  # a pipe or a device may be endless
         raise InvalidInput(f"cannot read {str(path)!r}: it is no file")
     try:
         data = path.read_bytes()
@@ -132,12 +132,12 @@ def read_sealed(path: Path) -> bytes:
 
 @contextlib.contextmanager
 def sole_use(folder: Path) -> Iterator[None]:
-    """Keep a folder, made if it is not there, to this process.
+    """Context manager: lock a folder for this process; create it if missing.
 
-    Nothing is written for it; where a system has no locks for folders, nothing is kept.
+    No lock file is written; on systems without folder locks this does nothing.
 
     Raises:
-        InvalidInput: Another process keeps it, or it cannot be made.
+        InvalidInput: Another process holds the lock, or the folder cannot be created.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -165,22 +165,22 @@ def _lock(handle: int, folder: Path) -> None:
 
 
 def file_name(text: str) -> str:
-    """Return text as a name of a file: all but letters, digits, ``-`` and ``.`` becomes ``_``."""
+    """Return a text as file name, with ``_`` for all but letters, digits, ``-`` and ``.``."""
     return "".join(letter if letter.isalnum() or letter in "-." else "_" for letter in text)
 
 
 def owner(folder: Path, manifest: str, kind: str) -> str | None:
-    """Return which study or run a folder belongs to; None if it is new or empty.
+    """Return the study or run that owns a folder; None if it is new or empty.
 
     Args:
-        folder: That results are to go to.
-        manifest: Name of the file in it that says whose it is.
-        kind: What the owner is called, ``study`` or ``run``: the key in that file.
+        folder: Folder of results.
+        manifest: Name of its file that names the owner.
+        kind: Kind of the owner, ``study`` or ``run``: the key in that file.
 
     Raises:
-        InvalidInput: It is a file, cannot be written, or holds files of nobody.
+        InvalidInput: It is a file, not writable, or holds files without an owner.
     """
-    if os.path.isfile(folder):  # which takes names that are too long
+    if os.path.isfile(folder):  # which rejects names that are too long
         raise InvalidInput(
             f"out: given {str(folder)!r}, which is a file; give a new or empty folder"
         )
@@ -200,7 +200,7 @@ def owner(folder: Path, manifest: str, kind: str) -> str | None:
 
 
 def sweep(folder: Path) -> None:
-    """Remove what a killed run left half-written in a folder."""
+    """Remove partial files of a killed run from a folder."""
     for leftover in folder.glob(".*.tmp"):
         leftover.unlink(missing_ok=True)
 

@@ -1,4 +1,4 @@
-"""Interrupts from the keyboard (SIGINT) that take effect at whatever moment they come."""
+"""Reliable keyboard interrupts (SIGINT), also inside finalizers and C callbacks."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import signal
 import sys
 import threading
 
-AGAIN_AFTER_S = 0.05  # by then the code that cannot be interrupted is usually left
+AGAIN_AFTER_S = 0.05  # time to leave code that cannot be interrupted
 
 
 def repeat_ignored_interrupts() -> None:
-    """From now on, send an interrupt again that came while Python could not raise it.
+    """Resend interrupts that arrive while Python cannot raise them.
 
     In a finalizer, or in a function that C code calls (numba does both while it loads kernels),
     Python reports a KeyboardInterrupt as "Exception ignored" and goes on.

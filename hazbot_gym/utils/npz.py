@@ -1,4 +1,4 @@
-"""Reading ``.npz`` files of unknown origin: sizes and headers are checked before contents are read.
+"""Safe reading of untrusted ``.npz`` files: sizes and headers are checked first.
 
 numpy's own reader allocates what a header says, terabytes too, and unpacks what a zip says. Here a
 file and its arrays together may take ``MOST_BYTES`` each, and an array is read only if it is a
@@ -27,14 +27,14 @@ _HEADER = re.compile(
 )
 _ENTRY = b"PK\x01\x02"  # begins each entry of a zip's table of contents
 _ENCRYPTED = 1
-# What numpy and zipfile raise on files that are none, or damaged.
+# Exceptions of numpy and zipfile for foreign or damaged files.
 _DAMAGE = (
     EOFError, OverflowError, RuntimeError, TypeError, ValueError, zipfile.BadZipFile, zlib.error,
 )  # fmt: skip
 
 
 class Unreadable(ValueError):
-    """A file is no ``.npz`` of plain numbers within the bounds; the message says why."""
+    """A file is no ``.npz`` of plain numbers within the bounds; the message gives the reason."""
 
 
 def read_arrays(path: Path, kinds: str) -> dict[str, npt.NDArray[Any]]:

@@ -16,7 +16,7 @@ _MEMBERSHIP, _MOUNT = Path("/proc/self/cgroup"), Path("/sys/fs/cgroup")
 
 
 def usable() -> int:
-    """Return how many processors this process may use, at least 1."""
+    """Return the number of processors available to this process, at least 1."""
     limits = (math.ceil(quota) for quota in _quotas(_MEMBERSHIP, _MOUNT))
     return max(1, min([_allowed(), *limits]))
 

@@ -1,4 +1,4 @@
-"""Where numbers come from: code, versions, data and machine, for the manifest and the stamps."""
+"""Provenance of results: code, versions, data and machine, for manifests and stamps."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def digest(root: Path, pattern: str = "*") -> str:
 
 
 def machine() -> dict[str, str | int]:
-    """Return what speeds depend on: processor, number of cores, system, Python, numba."""
+    """Return the machine: processor, number of cores, system, Python, numba."""
     return {
         "processor": _processor(),
         "cores": processors.usable(),
@@ -78,14 +78,14 @@ def machine() -> dict[str, str | int]:
 
 
 def _git(*arguments: str) -> str:
-    """Return what git says of the checkout, of which it writes nothing, not even its index."""
+    """Return git's output about the checkout; strictly read-only, index included."""
     command = ["git", "--no-optional-locks", "-C", str(PACKAGE.parent), *arguments]
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
 
 
 @functools.cache
 def _code(package: Path) -> str:
-    """Return the digest of the source files, read once: this process runs no later edit."""
+    """Return the digest of the source files, read once, as the process runs the loaded code."""
     return digest(package, "*.py")
 
 

@@ -1,6 +1,6 @@
 """Consoles for results and progress, and tables that fit their width.
 
-Text is printed as it stands: brackets and colons in a name are never read as rich's markup. A
+Text is printed literally: brackets and colons in a name are never read as rich's markup. A
 character that the output's encoding lacks is replaced by its nearest ASCII letter, or by ``?``; one
 that controls the terminal, or turns the direction of writing, always by ``?``.
 """
@@ -40,7 +40,7 @@ def output_console(file: TextIO | None = None, *, width: int | None = None) -> C
     """Return the console of results, on stdout if no file is given.
 
     Args:
-        file: Where the text goes.
+        file: Output stream.
         width: Columns; None for the terminal's, or for ``PIPED_WIDTH`` where there is no terminal.
     """
     stream = file or sys.stdout
@@ -55,29 +55,29 @@ def progress_console() -> Console:
 
 
 def progress_bar(console: Console, *columns: ProgressColumn) -> Progress:
-    """Return a progress bar, silent where the console is no terminal."""
+    """Return a progress bar, silent if the console is no terminal."""
     usual = (plain_column("{task.description}"), BarColumn(), MofNCompleteColumn())
     is_silent = not (console.is_terminal and console.file.isatty())
     return Progress(*(columns or usual), TimeRemainingColumn(), console=console, disable=is_silent)
 
 
 def plain_column(template: str) -> TextColumn:
-    """Return a column of a progress bar whose text is no markup."""
+    """Return a progress bar column with literal text."""
     return TextColumn(template, markup=False)
 
 
 def printable(text: str) -> str:
-    """Return a text in which nothing but line breaks and tabs controls the terminal."""
+    """Return a text without control characters except line breaks and tabs."""
     return "".join(each if each.isprintable() or each in "\n\t" else "?" for each in text)
 
 
 def one_line(text: str) -> str:
-    """Return a text of any origin as a single line that controls nothing."""
+    """Return a text as a single line without control characters."""
     return printable(" ".join(text.split()))
 
 
 def warn_in_one_line() -> None:
-    """Let doubts about a user's files be a line on stderr each, said once; others as ever."""
+    """Print warnings about user files as one line on stderr, once; others as usual."""
     usual, said = warnings.showwarning, set[str]()
 
     def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
@@ -91,19 +91,19 @@ def warn_in_one_line() -> None:
 
 
 def tolerate(stream: TextIO) -> None:
-    """Let a stream replace what its encoding lacks, unless it is set to do something else."""
+    """Set a stream to replace unencodable characters, unless configured otherwise."""
     if isinstance(stream, io.TextIOWrapper) and stream.errors in ("strict", "surrogateescape"):
         stream.reconfigure(errors=_REPLACE)
 
 
 class FittedTable(Table):
-    """A table that leaves out columns where the console is too narrow for all of them.
+    """Table that omits columns on narrow consoles.
 
-    No number is broken or clipped; a line below names the columns that were left out.
+    Numbers are never broken or clipped; a line below names the omitted columns.
 
     Args:
-        spare: Titles of the columns that may be left out, the first one first; None for all but
-            the first column, from the last one on.
+        spare: Titles of columns that may be omitted, in order; None for all but the first column,
+            from the last one.
     """
 
     def __init__(
@@ -113,7 +113,7 @@ class FittedTable(Table):
         self.spare = spare
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        """Yield the table and, if columns were left out, a line that names them."""
+        """Yield the table and, if columns were omitted, a line that names them."""
         spans = {id(column): _span(console, options, column) for column in self.columns}
         kept, left_out = list(self.columns), []
         for column in self._spare_columns():
@@ -142,7 +142,7 @@ class FittedTable(Table):
         return [by_title[title] for title in self.spare]
 
     def _room(self, options: ConsoleOptions, columns: list[Column]) -> int:
-        """Return the width that is left for cells beside their padding and borders."""
+        """Return the width of the cells without padding and borders."""
         _, right, _, left = self.padding
         borders = len(columns) + 1 if self.box else 0
         return options.max_width - borders - (left + right) * len(columns)
@@ -153,7 +153,7 @@ def _title(column: Column) -> str:
 
 
 def _span(console: Console, options: ConsoleOptions, column: Column) -> Measurement:
-    """Return the least width at which no word of a column is broken, and the greatest of use."""
+    """Return the minimum width without broken words, and the maximum useful width."""
     wide = options.update(width=10_000)
     found = [Measurement.get(console, wide, cell) for cell in (column.header, *column.cells)]
     widest = max(max(each.maximum for each in found), column.min_width or 0)
@@ -167,7 +167,7 @@ def _span(console: Console, options: ConsoleOptions, column: Column) -> Measurem
 
 
 def _widths(room: int, needs: Sequence[Measurement]) -> list[int]:
-    """Return widths that fill the room fairly: each its least, the rest to those that want more."""
+    """Distribute the width: the minimum to each column, the rest to wider ones."""
     widths, left = [need.minimum for need in needs], room - sum(need.minimum for need in needs)
     wanting = sorted(range(len(needs)), key=lambda k: needs[k].maximum - needs[k].minimum)
     for rank, k in enumerate(wanting):
@@ -178,7 +178,7 @@ def _widths(room: int, needs: Sequence[Measurement]) -> list[int]:
 
 
 class _SafeConsole(Console):
-    """A console on which no text controls the terminal."""
+    """A console that removes control characters."""
 
     def render_str(self, text: str, **options: Any) -> Text:
         return super().render_str(printable(text), **options)
@@ -193,7 +193,7 @@ def _console(stream: TextIO, width: int | None) -> Console:
 
 
 def _nearest(error: UnicodeError) -> tuple[str, int]:
-    """Return what stands for letters that an encoding lacks, as many as they are."""
+    """Return replacements of unencodable characters, of equal length."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     lost = error.object[error.start : error.end]

@@ -1,4 +1,4 @@
-"""Rows of text as a table on the terminal or in Markdown; all columns but the first flush right."""
+"""Rows of text as a table on the terminal or in Markdown, right-aligned but for column 1."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Rows = list[tuple[str, ...]]
 
 
 def shown(value: float | None) -> str:
-    """Return a number with three digits that count, a dash for none."""
+    """Format a number with three significant digits, None as a dash."""
     if value is None:
         return "-"
     rounded = float(f"{value:.3g}")
@@ -30,6 +30,6 @@ def console_table(
 
 
 def markdown_table(titles: tuple[str, ...], rows: Rows, *, wordy: tuple[str, ...] = ()) -> str:
-    """Return rows as a table in Markdown; columns of words, named by title, are flush left too."""
+    """Return rows as a table in Markdown; text columns, given by title, are left-aligned."""
     rule = ["---", *["---" if title in wordy else "---:" for title in titles[1:]]]
     return "\n".join(f"| {' | '.join(cells)} |" for cells in (titles, rule, *rows))

@@ -1,4 +1,4 @@
-"""Threads that are started when first used, and again where they were lost."""
+"""Lazy thread pool that restarts after forks and copies."""
 
 from __future__ import annotations
 
@@ -31,5 +31,5 @@ class Threads:
         self._pool = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what is copied or pickled: everything but the threads."""
+        """Return the picklable state, without the threads."""
         return {**self.__dict__, "_pool": None}

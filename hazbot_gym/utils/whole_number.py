@@ -1,4 +1,4 @@
-"""The check of a whole number that a caller gives, Python's or NumPy's."""
+"""Validation of whole numbers, Python's or NumPy's."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from hazbot_gym.errors import InvalidInput
 
 
 def whole_number(given: Any, name: str, low: int, high: int | None = None) -> int:
-    """Return a whole number that is at least ``low`` and at most ``high``; no boolean is one.
+    """Return a whole number that is at least ``low`` and at most ``high``; booleans are rejected.
 
     Raises:
-        InvalidInput: It is something else; one line with its name and what is allowed.
+        InvalidInput: Any other value; one line with its name and the allowed range.
     """
     is_whole = isinstance(given, int | np.integer) and not isinstance(given, bool)
     if not is_whole or given < low or (high is not None and given > high):

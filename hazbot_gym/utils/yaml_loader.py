@@ -1,8 +1,8 @@
-"""YAML as every door of this package reads it: the core schema of YAML 1.2, and nothing else.
+"""YAML reader of this package: the core schema of YAML 1.2 only.
 
-PyYAML parses; what its scalars mean is decided here. Its own schema is YAML 1.1, where ``yes`` is a
+PyYAML parses; this module resolves scalars. PyYAML's own schema is YAML 1.1, where ``yes`` is a
 boolean, ``190:20:30:15`` a number, ``2020-13-45`` an error of the calendar, ``1e-3`` a string, and
-of a key given twice the first is forgotten.
+the first of two equal keys is dropped.
 
 Source: YAML 1.2.2 (2021), section 10.3, https://yaml.org/spec/1.2.2/#103-core-schema. Left out are
 merge keys, tags of other schemas, and keys that are not strings; added are digits in groups of
@@ -41,7 +41,7 @@ def _number(text: str) -> float:
     return value
 
 
-# What a scalar of each tag looks like, and how it is read; the first that fits a plain scalar wins.
+# Pattern and reader of each tag; the first match resolves a plain scalar.
 _SCALARS: dict[str, tuple[re.Pattern[str], Callable[[str], Any]]] = {
     _TAG + "null": (re.compile(r"(null|Null|NULL|~|)\Z"), lambda _: None),
     _TAG + "bool": (re.compile(r"(true|True|TRUE|false|False|FALSE)\Z"), lambda s: s[0] in "tT"),
@@ -69,7 +69,7 @@ class _Fault(Exception):
 
 
 class _Loader(yaml.BaseLoader):
-    """The parser, with the core schema's idea of plain scalars, and a bound on the depth."""
+    """The parser, with plain scalars of the core schema, and a bound on the depth."""
 
     depth = 0
 
@@ -93,7 +93,7 @@ def parse_yaml(text: str, where: str) -> Any:
     and None.
 
     Raises:
-        InvalidInput: The text is not YAML, or more than the core schema; one line that says which.
+        InvalidInput: The text is not YAML, or uses more than the core schema; one line.
     """
     try:
         node = _composed(text)
