@@ -18,7 +18,6 @@ import hazbot_gym
 from hazbot_gym import make_policy, policies
 from hazbot_gym.viewer.video import Gif
 
-Pixels = npt.NDArray[np.uint8]
 IMAGES = Path(__file__).parent / "images"
 
 # Environment, seed and decision of each picture.
@@ -87,7 +86,7 @@ def picture(env_id: str, seed: int, decisions: int) -> pygame.Surface:
         observation, _, terminated, truncated, _ = env.step(expert.predict(observation)[0])
         if terminated or truncated:
             break
-    return pygame.surfarray.make_surface(cast(Pixels, env.render()).swapaxes(0, 1))
+    return pygame.surfarray.make_surface(cast(Image, env.render()).swapaxes(0, 1))
 
 
 if __name__ == "__main__":

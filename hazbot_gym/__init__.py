@@ -7,7 +7,7 @@ first use, so that the import is fast.
 from __future__ import annotations
 
 import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hazbot_gym.envs.registration import register_environments
 
@@ -52,7 +52,7 @@ _HOMES = {
 register_environments()
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     """Import a name of ``__all__`` when it is first used."""
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -71,7 +71,7 @@ class _OneLineErrors(typer.core.TyperGroup):
                     raise InvalidInput(f"{name.strip('-=')} is empty, allowed is some text")
             return super().make_context(info_name, args, *more, **extra)
 
-    def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
+    def invoke(self, ctx: typer.Context) -> object:  # type: ignore[override]
         try:
             with _one_line_errors():
                 return super().invoke(ctx)
@@ -493,7 +493,7 @@ def bench(
     terminal.output_console().print(bench_report.table(result))
 
 
-def _overrides(change: list[str] | None, scenario: str | None) -> dict[str, Any]:
+def _overrides(change: list[str] | None, scenario: str | None) -> dict[str, object]:
     """Return the config values of ``--set`` and ``--scenario``."""
     from hazbot_gym.evaluation.scenario_set import parse_overrides
 
@@ -523,7 +523,7 @@ def _check_file(file: Path | None) -> None:
     check_writable(file, "json")
 
 
-def _write_json(file: Path | None, content: dict[str, Any]) -> None:
+def _write_json(file: Path | None, content: dict[str, object]) -> None:
     from hazbot_gym.utils.files import write_json
 
     if file is not None:

@@ -77,7 +77,7 @@ class Section(BaseModel):
         return self
 
 
-def _as_lists(field: str, kind: Any, value: Any) -> Iterator[tuple[str, Any, Any]]:
+def _as_lists(field: str, kind: object, value: object) -> Iterator[tuple[str, Any, Any]]:
     """Yield field, names and values of each named tuple that is given as a list."""
     if not isinstance(value, list | tuple):
         return
@@ -91,7 +91,7 @@ def _as_lists(field: str, kind: Any, value: Any) -> Iterator[tuple[str, Any, Any
             yield from _as_lists(field, each, value)
 
 
-def _floats(field: str, value: Any) -> Iterator[tuple[str, float]]:
+def _floats(field: str, value: object) -> Iterator[tuple[str, float]]:
     """Yield the floats in a field's value and their names, other sections excepted."""
     if isinstance(value, float):
         yield field, value
@@ -259,7 +259,7 @@ class Config(Section):
     reward: RewardWeights = RewardWeights()
 
 
-def merge(base: Mapping[str, Any], deltas: Mapping[str, Any]) -> dict[str, Any]:
+def merge(base: Mapping[str, object], deltas: Mapping[str, object]) -> dict[str, Any]:
     """Return ``base`` with ``deltas`` laid over it, section by section.
 
     Raises:
@@ -279,14 +279,14 @@ def merge(base: Mapping[str, Any], deltas: Mapping[str, Any]) -> dict[str, Any]:
     return merged
 
 
-def _parts(below: Any) -> int:
+def _parts(below: object) -> int:
     """Return how many values a mapping must have that takes the place of something else."""
     if isinstance(below, str):
         return len(PLANTS.get(below, ()))
     return len(below) if isinstance(below, list | tuple) else 0
 
 
-def _paper_scenario(x_m: float, y_m: float, vx_mps: float, vy_mps: float) -> dict[str, Any]:
+def _paper_scenario(x_m: float, y_m: float, vx_mps: float, vy_mps: float) -> dict[str, object]:
     """Return a geometry of SPEC section 4: one scripted walker, an ideal drive already at speed."""
     walker = {"x_m": x_m, "y_m": y_m, "vx_mps": vx_mps, "vy_mps": vy_mps}
     return {
@@ -362,12 +362,12 @@ SCENARIOS: dict[str, dict[str, Any]] = {
 
 
 def make_config(
-    given: Config | Mapping[str, Any] | str | Path | None = None,
+    given: Config | Mapping[str, object] | str | Path | None = None,
     /,
     *,
-    preset: Mapping[str, Any] | None = None,
+    preset: Mapping[str, object] | None = None,
     scenario: str | None = None,
-    **overrides: Any,
+    **overrides: object,
 ) -> Config:
     """Return a validated config: defaults, then preset, named scenario, ``given``, and overrides.
 
@@ -390,7 +390,7 @@ def make_config(
             f"{_name(name)}: unknown key, allowed are {', '.join(Config.model_fields)} "
             f"(unexpected keyword argument {name!r})"
         )
-    deltas: dict[str, Any] = {}
+    deltas: dict[str, object] = {}
     for layer in (preset or {}, SCENARIOS[scenario] if scenario else {}, _deltas(given), overrides):
         deltas = merge(deltas, layer)
     try:
@@ -399,13 +399,15 @@ def make_config(
         raise InvalidInput(first_error(error)) from error
 
 
-def horizon_in(given: Config | Mapping[str, Any] | str | Path | None, scenario: object) -> Any:
+def horizon_in(
+    given: Config | Mapping[str, object] | str | Path | None, scenario: object
+) -> object:
     """Return the ``max_episode_steps`` that a config, or else a named scenario, gives; or None."""
     named = SCENARIOS.get(scenario, {}) if isinstance(scenario, str) else {}
     return {**named, **_deltas(given)}.get("max_episode_steps")
 
 
-def _deltas(given: Config | Mapping[str, Any] | str | Path | None) -> Mapping[str, Any]:
+def _deltas(given: Config | Mapping[str, object] | str | Path | None) -> Mapping[str, object]:
     """Return as a mapping what ``make_config`` was given."""
     if isinstance(given, Config):
         return dict(_as_mappings(given))
@@ -446,7 +448,7 @@ def _name(field: int | str) -> str:
     return repr(field).strip("'")
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     """Return a value as it is written, cut where it is long."""
     try:
         text = repr(value)
@@ -457,7 +459,7 @@ def _shown(value: Any) -> str:
 
 def _known_keys(location: tuple[int | str, ...], model: type[BaseModel]) -> str:
     """Return the keys that are allowed where an unknown one was found, if the model knows."""
-    node: Any = model
+    node: object = model
     for part in location[:-1]:
         if isinstance(part, int):
             node = next(iter(get_args(node)), None)
@@ -468,7 +470,7 @@ def _known_keys(location: tuple[int | str, ...], model: type[BaseModel]) -> str:
     return f", allowed are {', '.join(keys)}" if keys else ""
 
 
-def _as_mappings(value: Any) -> Any:
+def _as_mappings(value: object) -> Any:
     """Return a section and the named tuples in it as mappings, to merge deltas with."""
     if isinstance(value, Section):
         return {name: _as_mappings(getattr(value, name)) for name in type(value).model_fields}

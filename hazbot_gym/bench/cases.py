@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import gymnasium
 import numpy as np
 
+from hazbot_gym.envs.arguments import Environment
 from hazbot_gym.envs.vector import CorridorVectorEnv
 from hazbot_gym.errors import MissingExtra
 from hazbot_gym.policies.base import Policy
@@ -58,7 +59,7 @@ class Stepper:
 
     size = 1
 
-    def __init__(self, env: gymnasium.Env[Any, Any], seed: int = 0) -> None:
+    def __init__(self, env: Environment, seed: int = 0) -> None:
         self.env = env
         env.action_space.seed(seed)
         self.actions = [env.action_space.sample() for _ in range(DRAWN)]

@@ -181,7 +181,7 @@ def speed_cases(config: TrainConfig) -> dict[str, Record]:
 
 
 @contextmanager
-def trained(path: Path, **changes: Any) -> Iterator[tuple[Path, float, int]]:
+def trained(path: Path, **changes: object) -> Iterator[tuple[Path, float, int]]:
     """Train in a separate process; yield its folder, seconds and peak memory [bytes]."""
     with tempfile.TemporaryDirectory() as folder:
         file, out = Path(folder, "run.yaml"), Path(folder, "run")

@@ -20,7 +20,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -175,7 +175,7 @@ def with_drawn_speeds(run: Run, speeds: Speeds, *, seed: int) -> Run:
     return run._replace(place=run.place._replace(entry_speeds_mps=speeds_mps))
 
 
-def report(fitted: list[Run], held_out: list[Run], force: SocialForce) -> dict[str, Any]:
+def report(fitted: list[Run], held_out: list[Run], force: SocialForce) -> dict[str, object]:
     """Return the comparison of real and simulated people, for JSON and tables."""
     return {
         "goal_mps": GOAL_MPS,
@@ -195,7 +195,7 @@ def report(fitted: list[Run], held_out: list[Run], force: SocialForce) -> dict[s
     }
 
 
-def _compare(run: Run, force: SocialForce) -> dict[str, Any]:
+def _compare(run: Run, force: SocialForce) -> dict[str, object]:
     sides = {
         "real": run.real,
         "model": walk_again(run, force),
@@ -213,7 +213,7 @@ def _compare(run: Run, force: SocialForce) -> dict[str, Any]:
     }
 
 
-def _row(walked: Walked) -> dict[str, Any]:
+def _row(walked: Walked) -> dict[str, object]:
     nearest_mean, nearest_p5, *passing = (_or_none(value) for value in _distances(walked))
     return {
         "people": walked.people,

@@ -7,14 +7,14 @@ they are stands with the place: each has a route, a time of entry and a speed, i
 from __future__ import annotations
 
 from hazbot_gym.core.jit import scalar
-from hazbot_gym.core.state import GONE, WAITING, Place, Record, Records
+from hazbot_gym.core.state import GONE, WAITING, PersonRecord, Place, Records
 
 PATIENCE_S = 5.0  # how long somebody waits for room to come in
 REST_S = 1.0  # between two people in a record, so that the tracker takes nobody for somebody else
 
 
 @scalar
-def seat(me: Record, place: Place, entry: int, start_s: float) -> None:
+def seat(me: PersonRecord, place: Place, entry: int, start_s: float) -> None:
     """Let a record be the person of an entry, waiting to come in.
 
     Args:

@@ -90,7 +90,7 @@ def lean_kernel(function: Function) -> Function:
 
 
 def _compile(function: Function, *, is_counting: bool) -> Function:
-    options: dict[str, Any] = {
+    options: dict[str, object] = {
         "nogil": True,
         "error_model": "numpy",
         "_nrt": is_counting,
@@ -112,13 +112,13 @@ def _compile(function: Function, *, is_counting: bool) -> Function:
     return cast(Function, compiled)
 
 
-def _run_plain(function: Callable[..., Any], *arguments: Any) -> Any:
+def _run_plain(function: Callable[..., object], *arguments: object) -> object:
     """Call a kernel as plain Python: records have attributes, and numbers behave as compiled."""
     with np.errstate(all="ignore"):
         return function(*(_with_attributes(each) for each in arguments))
 
 
-def _with_attributes(argument: Any) -> Any:
+def _with_attributes(argument: object) -> Any:
     """Return arrays of records, also those in tuples, as arrays whose records have attributes."""
     if isinstance(argument, np.ndarray) and argument.dtype.names:
         return argument.view(np.recarray)
@@ -182,7 +182,7 @@ _UNUSABLE = (
 )  # fmt: skip
 
 
-def _load_index(load: Callable[[], dict[Any, Any]]) -> dict[Any, Any]:
+def _load_index(load: Callable[[], dict[object, object]]) -> dict[object, object]:
     """Return what is cached, nothing where that cannot be read."""
     try:
         return load()
@@ -190,7 +190,7 @@ def _load_index(load: Callable[[], dict[Any, Any]]) -> dict[Any, Any]:
         return {}
 
 
-def _load_data(load: Callable[[str], Any], name: str) -> Any:
+def _load_data(load: Callable[[str], object], name: str) -> object:
     """Return a binary; numba compiles anew where the file is not there."""
     try:
         return load(name)
@@ -198,7 +198,7 @@ def _load_data(load: Callable[[str], Any], name: str) -> Any:
         raise FileNotFoundError(name) from error
 
 
-def _save(save: Callable[[Any, Any], None], signature: Any, binary: Any) -> None:
+def _save(save: Callable[[object, object], None], signature: object, binary: object) -> None:
     """Keep a binary, if the disk is not full: it works either way."""
     try:
         save(signature, binary)

@@ -32,7 +32,7 @@ class Notice(event.Listener):
             self.has_spoken = True
             logging.getLogger(_PACKAGE).warning(MESSAGE)
 
-    def on_end(self, compilation: Any) -> None:
+    def on_end(self, compilation: object) -> None:
         """Say nothing."""
 
 

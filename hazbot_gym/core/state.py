@@ -7,7 +7,7 @@ it is; in kernels its fields are attributes (``people[i].vx``).
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,6 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Records = npt.NDArray[np.void]
-Record = Any  # one element of a record array; numba and numpy each have their own type for it
 
 # --- bodies (DESIGN section 2; the robot's mass: paper) ------------------------------------------
 
@@ -43,6 +42,25 @@ ROBOT = np.dtype(
     align=True,
 )
 
+
+class RobotRecord(Protocol):
+    """One element of an array of ``ROBOT``, for which numba and numpy each have their own type."""
+
+    x: float
+    y: float
+    theta: float
+    v: float
+    omega: float
+    command: float
+    obeyed: float
+    v_ref: float
+    s: float
+    x_e: float
+    y_e: float
+    theta_e: float
+    y_seen: float
+
+
 WHEEL = np.dtype(
     [
         ("speed", "f8"),  # actual angular velocity w [rad/s]
@@ -53,6 +71,18 @@ WHEEL = np.dtype(
     ],
     align=True,
 )
+
+
+class WheelRecord(Protocol):
+    """One element of an array of ``WHEEL``."""
+
+    speed: float
+    drive: float
+    integral: float
+    error: float
+    derivative: float
+
+
 RIGHT, LEFT = 0, 1  # wheel 1 is the right one (SPEC A1)
 
 # --- people --------------------------------------------------------------------------------------
@@ -91,6 +121,31 @@ PERSON = np.dtype(
     align=True,
 )
 
+
+class PersonRecord(Protocol):
+    """One element of an array of ``PERSON``."""
+
+    x: float
+    y: float
+    vx: float
+    vy: float
+    radius: float
+    desired_speed: float
+    enters_s: float
+    left_s: float
+    s: float
+    offset: float
+    sidestep_s: float
+    sidestep_offset: float
+    route: int
+    model: int
+    reaction: int
+    status: int
+    blocked: float
+    next_vx: float
+    next_vy: float
+
+
 TRACK = np.dtype(
     [
         ("visible", "i4"),  # 1 if the tracker reports this person now
@@ -102,6 +157,18 @@ TRACK = np.dtype(
     ],
     align=True,
 )
+
+
+class TrackRecord(Protocol):
+    """One element of an array of ``TRACK``."""
+
+    visible: int
+    pattern: int
+    x: float
+    y: float
+    vx: float
+    vy: float
+
 
 NO_CONTACT, WALL = -2, -1  # what the robot touches, where it is not a person's index
 
@@ -155,7 +222,7 @@ def records(dtype: np.dtype[np.void], size: int) -> Records:
     return np.zeros(size, dtype)
 
 
-def as_record(parameters: Any) -> Records:
+def as_record(parameters: object) -> Records:
     """Return a named tuple of numbers as an array of one record with the same field names.
 
     Kernels read ``record[0].field`` like the named tuple's own attribute, but a record is handed to
@@ -165,7 +232,7 @@ def as_record(parameters: Any) -> Records:
     return np.array([_plain(parameters)], dtype=_record_type(parameters))
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     return tuple(_plain(item) for item in value) if isinstance(value, tuple) else value
 
 

@@ -6,13 +6,17 @@ import reprlib
 from collections.abc import Mapping
 from typing import Any
 
+import gymnasium
 import numpy as np
 import numpy.typing as npt
 
 from hazbot_gym.errors import InvalidInput
 
+Environment = gymnasium.Env[Any, Any]  # any of Gymnasium, also wrapped
+Info = dict[str, Any]  # Gymnasium's: values of several kinds by name
 
-def array_of(actions: Any, name: str) -> npt.NDArray[Any]:
+
+def array_of(actions: object, name: str) -> npt.NDArray[Any]:
     """Return actions as an array.
 
     Raises:
@@ -25,7 +29,7 @@ def array_of(actions: Any, name: str) -> npt.NDArray[Any]:
         raise InvalidInput(f"{name}: given {reprlib.repr(actions)}, no array ({reason})") from error
 
 
-def options_of(options: Any, *names: str) -> Mapping[Any, Any]:
+def options_of(options: object, *names: str) -> Mapping[object, object]:
     """Return the options of a reset, default an empty mapping.
 
     Raises:

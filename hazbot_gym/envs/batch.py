@@ -12,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from hazbot_gym.core.jit import LANES, lean_kernel, scalar
-from hazbot_gym.core.state import NO_PATTERN, Floats, Record, Records
+from hazbot_gym.core.state import NO_PATTERN, Floats, Records
 from hazbot_gym.sim.batch import (
+    Group,
     Mechanics,
     Surroundings,
     Worlds,
@@ -126,7 +127,7 @@ def _reset_world(
 
 @scalar
 def _decide(
-    lane: int, group: Record, command_mps: float, stops: bool, worlds: Worlds, outputs: Outputs
+    lane: int, group: Group, command_mps: float, stops: bool, worlds: Worlds, outputs: Outputs
 ) -> None:
     """Apply the action to the robot in a lane, and record the state before it."""
     i = group.world[lane]
@@ -139,7 +140,7 @@ def _decide(
 
 @scalar
 def _judge(
-    lane: int, group: Record, worlds: Worlds, episodes: Episodes, problem: Problem,
+    lane: int, group: Group, worlds: Worlds, episodes: Episodes, problem: Problem,
     outputs: Outputs,
 ) -> None:  # fmt: skip
     """Compute outcome and reward of the decision in a lane, and update the sensors."""

@@ -7,17 +7,17 @@ episode reports the info of its reset, and the end of the old episode under ``fi
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from hazbot_gym.core.state import Floats
+from hazbot_gym.envs.arguments import Info
 from hazbot_gym.envs.batch import Bools, Outputs
 from hazbot_gym.task.outcome import CAUSE_NAMES, NOBODY, OUTCOME_NAMES, RUNNING
 from hazbot_gym.task.reward import TERMS
 
-Info = dict[str, Any]
 Names = npt.NDArray[np.object_]
 
 _OUTCOMES, _CAUSES = np.array(OUTCOME_NAMES, object), np.array(CAUSE_NAMES, object)
@@ -73,7 +73,7 @@ def final_info(outputs: Outputs, scenarios: Scenarios, decision_s: float, ended:
     return masked(ended, final_obs=observations, final_info=last)
 
 
-def masked(mask: Bools, **values: Any) -> Info:
+def masked(mask: Bools, **values: object) -> Info:
     """Return values by name, each with a copy of its mask of worlds."""
     return {**values, **{f"_{name}": mask.copy() for name in values}}
 

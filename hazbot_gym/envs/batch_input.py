@@ -21,7 +21,7 @@ MOST = {"num_envs": 100_000, "threads": 1024}
 Seeds = int | Sequence[int | None] | None
 
 
-def count_of(given: Any, name: str) -> int:
+def count_of(given: object, name: str) -> int:
     """Return a number of worlds or threads."""
     return whole_number(given, name, 1, MOST[name])
 
@@ -35,7 +35,7 @@ def autoreset_mode_of(given: AutoresetMode | str) -> AutoresetMode:
         raise InvalidInput(f"autoreset_mode: given {given!r}, allowed are {allowed}") from error
 
 
-def commands_of(actions: Any, worlds: int, config: Config) -> Floats:
+def commands_of(actions: object, worlds: int, config: Config) -> Floats:
     """Return the commanded speeds (N,) [m/s] of the actions of N worlds."""
     nominal, values = config.drive.nominal_speed_mps, array_of(actions, "actions")
     if config.action_type == "discrete":
@@ -61,7 +61,7 @@ def _wrong(values: Any, allowed: str) -> InvalidInput:
     return InvalidInput(f"actions: given {given}, allowed are {allowed}")
 
 
-def reset_options_of(options: Any, worlds: int) -> tuple[Bools, list[int | None]]:
+def reset_options_of(options: object, worlds: int) -> tuple[Bools, list[int | None]]:
     """Return a mask of worlds to reset, and the requested scenario keys, if any."""
     options = options_of(options, "key", "reset_mask")
     mask = np.ones(worlds, np.bool_)

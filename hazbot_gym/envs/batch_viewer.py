@@ -6,7 +6,7 @@ A step only records a few numbers per world; drawing is deferred to a request.
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -70,7 +70,7 @@ class BatchViewer:
             self._painter = Painter(self._place(int(worlds.places[0])))
         return tuple(self._painter.paint(self._frame(i, worlds, float(time_s[i]))) for i in which)
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __getstate__(self) -> dict[str, object]:
         """Return the picklable state, without the painter."""
         return {**self.__dict__, "_painter": None}
 

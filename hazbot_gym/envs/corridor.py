@@ -13,7 +13,7 @@ import numpy.typing as npt
 from hazbot_gym.config import Config, make_config
 from hazbot_gym.core.state import NO_CONTACT, TRACK, as_record, records
 from hazbot_gym.core.ultrasonic import FRONT_RIGHT
-from hazbot_gym.envs.arguments import array_of, options_of
+from hazbot_gym.envs.arguments import Info, array_of, options_of
 from hazbot_gym.envs.spec import CompleteSpec, horizon_given_to_make
 from hazbot_gym.envs.viewer import MODES, Viewer
 from hazbot_gym.errors import InvalidInput
@@ -119,12 +119,12 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
 
     def __init__(
         self,
-        config: Config | Mapping[str, Any] | str | Path | None = None,
+        config: Config | Mapping[str, object] | str | Path | None = None,
         *,
-        preset: Mapping[str, Any] | None = None,
+        preset: Mapping[str, object] | None = None,
         scenario: str | None = None,
         render_mode: str | None = None,
-        **overrides: Any,
+        **overrides: object,
     ) -> None:
         """Make an environment from a preset, then a named scenario, a config, and single overrides.
 
@@ -154,7 +154,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[npt.NDArray[np.float32], dict[str, Any]]:
+    ) -> tuple[npt.NDArray[np.float32], Info]:
         """Start an episode; ``options={"key": k}`` selects the scenario of that key."""
         asked = _requested_key(options)
         super().reset(seed=None if seed is None else whole_number(seed, "seed", 0))
@@ -175,8 +175,8 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         return observation, self._info()
 
     def step(
-        self, action: Any
-    ) -> tuple[npt.NDArray[np.float32], SupportsFloat, bool, bool, dict[str, Any]]:
+        self, action: object
+    ) -> tuple[npt.NDArray[np.float32], SupportsFloat, bool, bool, Info]:
         """Drive for one decision period at the commanded speed."""
         if self._is_over:
             raise InvalidInput("step: the episode is over, call reset first")
@@ -267,7 +267,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
             patterns = self._tracks["pattern"].tolist()
             self._viewer.see(self._world, self._ranges, patterns, self._terms, outcome)
 
-    def _info(self) -> dict[str, Any]:
+    def _info(self) -> Info:
         """Return the info of a reset or step, always with the same keys."""
         # All fields at once, which is faster.
         *_, outcome, cause, speed_mps, _ = self._decision.item()
@@ -291,7 +291,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         return self._free_times[path]
 
 
-def spaces_of(config: Config) -> tuple[gymnasium.spaces.Box, gymnasium.Space[Any]]:
+def spaces_of(config: Config) -> tuple[gymnasium.spaces.Box, gymnasium.Space[object]]:
     """Return the observation and action space of one world."""
     layout = LAYOUTS[config.tier]
     observations = gymnasium.spaces.Box(layout.low, layout.high)
@@ -300,12 +300,12 @@ def spaces_of(config: Config) -> tuple[gymnasium.spaces.Box, gymnasium.Space[Any
     return observations, gymnasium.spaces.Box(-1.0, 1.0, (1,))
 
 
-def _requested_key(options: Any) -> int | None:
+def _requested_key(options: object) -> int | None:
     options = options_of(options, "key")
     return scenario_key_of(options["key"]) if "key" in options else None
 
 
-def scenario_key_of(given: Any) -> int:
+def scenario_key_of(given: object) -> int:
     """Return a scenario's key."""
     return whole_number(given, "reset options: key", 0, 2**63 - 1)
 

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from gymnasium.vector import VectorEnv, VectorWrapper
 
+from hazbot_gym.envs.arguments import Info
+
 ENDS = ("final_obs", "_final_obs", "_final_info")  # of ended episodes, passed on unchanged
 
 
@@ -18,7 +20,8 @@ class NumericInfo(VectorWrapper):  # not generic in Gymnasium 1.1
 
     Example:
         >>> import gymnasium, hazbot_gym
-        >>> from hazbot_gym.envs.numeric_info import NumericInfo
+        >>> from hazbot_gym.envs.arguments import Info
+    from hazbot_gym.envs.numeric_info import NumericInfo
         >>> envs = NumericInfo(gymnasium.make_vec(
         ...     "hazbot_gym/Corridor-v0", 2, "vector_entry_point", autoreset_mode="SameStep"
         ... ))
@@ -31,20 +34,20 @@ class NumericInfo(VectorWrapper):  # not generic in Gymnasium 1.1
         super().__init__(env)
         self.autoreset_mode = env.metadata["autoreset_mode"]  # TorchRL reads the outermost
 
-    def reset(self, **arguments: Any) -> tuple[Any, dict[str, Any]]:
+    def reset(self, **arguments: Any) -> tuple[Any, Info]:
         """Start new episodes."""
         observations, info = self.env.reset(**arguments)
         return observations, _numbers(info)
 
-    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+    def step(self, actions: object) -> tuple[object, object, object, object, Info]:
         """Take one decision in every world."""
         *told, info = self.env.step(actions)
         return *told, _numbers(info)
 
 
-def _numbers(info: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+def _numbers(info: Info, prefix: str = "") -> Info:
     """Return the numeric arrays, flattened; under ``final_info`` those of ended episodes."""
-    kept: dict[str, Any] = {}
+    kept: Info = {}
     for name, value in info.items():
         if name == "final_info":
             kept[name] = _numbers(value)

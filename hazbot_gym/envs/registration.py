@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import gymnasium
 
 from hazbot_gym.errors import InvalidInput
@@ -11,7 +9,7 @@ from hazbot_gym.errors import InvalidInput
 NAMESPACE = "hazbot_gym"
 
 # One sentence each, for ``hazbot list`` and the docs.
-ENVIRONMENTS: dict[str, tuple[str, dict[str, Any]]] = {
+ENVIRONMENTS: dict[str, tuple[str, dict[str, object]]] = {
     "Corridor-v0": ("A corridor with side doors; people of all four patterns.", {}),
     "Crossing-v0": (
         "Somebody crosses the corridor through the side doors.",

@@ -18,6 +18,7 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode
 
 from hazbot_gym.core.state import Floats
+from hazbot_gym.envs.arguments import Info
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.registration import NAMESPACE
 from hazbot_gym.envs.sb3_singles import Functions, Singles
@@ -90,7 +91,7 @@ class CorridorVecEnv(VecEnv):
         spec.max_episode_steps = self.worlds.config.max_episode_steps
         spec.kwargs = {"config": self.worlds.config.model_dump(mode="json")}
         self.spec = spec
-        self._actions: npt.NDArray[Any] | None = None
+        self._actions: npt.NDArray[np.generic] | None = None
         self.terms, self.costs = np.zeros((count, len(TERMS))), np.zeros(count)
         actions = self.worlds.single_action_space
         if self._singles and self._singles.action_space == actions:
@@ -127,11 +128,11 @@ class CorridorVecEnv(VecEnv):
             )
         super().set_options(list(each))
 
-    def step_async(self, actions: npt.NDArray[Any]) -> None:
+    def step_async(self, actions: npt.NDArray[np.generic]) -> None:
         """Store the actions."""
         self._actions = actions
 
-    def step_wait(self) -> tuple[npt.NDArray[np.float32], Any, Any, list[dict[str, Any]]]:
+    def step_wait(self) -> tuple[npt.NDArray[np.float32], Any, Any, list[Info]]:
         """Take one decision in every world."""
         observations, rewards, terminated, truncated, info = self.worlds.step(self._actions)
         ended = terminated | truncated
@@ -150,7 +151,7 @@ class CorridorVecEnv(VecEnv):
             infos[i]["terminal_observation"] = info["final_obs"][i]
         return observations, rewards.astype(np.float32), ended, infos
 
-    def _infos(self, time_s: Floats) -> list[dict[str, Any]]:
+    def _infos(self, time_s: Floats) -> list[Info]:
         """Return the infos of running worlds: those of their resets with updates."""
         blank = [dict.fromkeys(TERMS)] * self.num_envs
         terms = _filled(blank, dict(zip(TERMS, self.terms.T.tolist(), strict=True)))
@@ -177,11 +178,13 @@ class CorridorVecEnv(VecEnv):
         values = value if is_listed else [value] * self.num_envs
         return [values[i] for i in self._get_indices(indices)]
 
-    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+    def set_attr(self, attr_name: str, value: object, indices: object = None) -> None:
         """Not supported: the worlds share one frozen config."""
         raise InvalidInput(f"set_attr: given {attr_name!r}, the worlds of a batch are not changed")
 
-    def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> Any:
+    def env_method(
+        self, method_name: str, *args: object, indices: object = None, **kwargs: object
+    ) -> Any:
         """Not supported: the batch has no single environments."""
         raise InvalidInput(f"env_method: given {method_name!r}, there are no single environments")
 
@@ -203,7 +206,7 @@ def _spec_of(env_id: str) -> EnvSpec:
     return copy.deepcopy(spec)
 
 
-def _common(options: list[dict[str, Any]]) -> dict[str, Any]:
+def _common(options: list[Info]) -> Info:
     """Merge the options of all worlds into those of a batch."""
     unknown = sorted({str(name) for each in options for name in each if name != "key"})
     if unknown:
@@ -211,14 +214,14 @@ def _common(options: list[dict[str, Any]]) -> dict[str, Any]:
     return {"key": [each.get("key") for each in options]}
 
 
-def _decision_of(info: dict[str, Any]) -> tuple[Floats, Floats]:
+def _decision_of(info: Info) -> tuple[Floats, Floats]:
     """Return terms and costs of a decision in all worlds, from ``final_info`` for ended ones."""
     tellers = [info, info["final_info"]] if "final_info" in info else [info]  # each 0 elsewhere
     terms = sum(np.stack([teller["reward_terms"][name] for name in TERMS], 1) for teller in tellers)
     return cast(Floats, terms), sum(teller["cost"] for teller in tellers)
 
 
-def _by_world(info: dict[str, Any], which: Any = slice(None)) -> list[dict[str, Any]]:
+def _by_world(info: Info, which: object = slice(None)) -> list[Info]:
     """Return one info per world, in the format of single environments."""
     names = [name for name in info if not name.startswith(("_", "final_"))]
     columns = [
@@ -228,12 +231,12 @@ def _by_world(info: dict[str, Any], which: Any = slice(None)) -> list[dict[str, 
     return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
-def _running(start: dict[str, Any]) -> dict[str, Any]:
+def _running(start: Info) -> Info:
     """Return the info of a running world, from the info of its reset."""
     return start | {"TimeLimit.truncated": False}
 
 
-def _filled(blank: list[dict[str, Any]], columns: dict[str, list[Any]]) -> list[dict[str, Any]]:
+def _filled(blank: list[Info], columns: dict[str, list[Any]]) -> list[Info]:
     """Return dictionaries filled from columns, one per row (fastest way)."""
     filled = [each.copy() for each in blank]
     for name, column in columns.items():

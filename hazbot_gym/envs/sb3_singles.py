@@ -17,6 +17,7 @@ import numpy as np
 from gymnasium.wrappers import OrderEnforcing, PassiveEnvChecker, TimeLimit
 
 from hazbot_gym.config import Config, make_config
+from hazbot_gym.envs.arguments import Environment, Info
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.errors import InvalidInput, MissingExtra
 
@@ -25,7 +26,6 @@ try:
 except ImportError as error:
     raise MissingExtra("stable-baselines3", "train") from error
 
-Environment = gymnasium.Env[Any, Any]
 Functions = Sequence[Callable[[], Environment]]
 PLAIN = (Monitor, TimeLimit, OrderEnforcing, PassiveEnvChecker)  # supported wrappers
 
@@ -63,9 +63,7 @@ class Singles:
         for monitor in self.monitors:
             monitor.reset()
 
-    def note(
-        self, rewards: Any, terminated: Any, truncated: Any, infos: list[dict[str, Any]]
-    ) -> None:
+    def note(self, rewards: Any, terminated: Any, truncated: Any, infos: list[Info]) -> None:
         """Forward a step to the monitors, which add ``episode`` to the infos of ended episodes."""
         told = zip(rewards.tolist(), terminated.tolist(), truncated.tolist(), infos, strict=True)
         for monitor, step in zip(self.monitors, told, strict=False):
@@ -80,15 +78,15 @@ class Singles:
             monitor.close()
 
 
-class _Told(gymnasium.Env[Any, Any]):
+class _Told(Environment):
     """Stub environment of a monitor, which returns preset results."""
 
-    told: Any = None
+    told: object = None
 
-    def reset(self, **arguments: Any) -> Any:
+    def reset(self, **arguments: object) -> Any:
         return None, {}
 
-    def step(self, action: Any) -> Any:
+    def step(self, action: object) -> Any:
         return self.told
 
 

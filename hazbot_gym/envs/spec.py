@@ -41,7 +41,7 @@ class CompleteSpec:
         env.__dict__["_complete_spec"] = spec
 
 
-def horizon_given_to_make(env: object) -> dict[str, Any]:
+def horizon_given_to_make(env: object) -> dict[str, object]:
     """Return the ``max_episode_steps`` of ``gymnasium.make`` as an override.
 
     ``make`` passes it to its TimeLimit only, which cannot extend an episode and sets no outcome in
@@ -73,7 +73,7 @@ def horizon_given_to_make_vec(env: object, overrides: dict[str, Any]) -> dict[st
 
 def horizon_of_spec(
     spec: EnvSpec, given: Mapping[str, Any], limit: int | None = None
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Return the horizon of a spec as an override.
 
     Args:

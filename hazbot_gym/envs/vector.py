@@ -19,6 +19,7 @@ from hazbot_gym.config import Config, make_config
 from hazbot_gym.core.jit import LANES
 from hazbot_gym.core.place_table import place_at
 from hazbot_gym.core.state import PERSON, Floats, Records, as_record, records
+from hazbot_gym.envs.arguments import Info
 from hazbot_gym.envs.batch import Bools, Episodes, Observations, Outputs, Problem, run_worlds
 from hazbot_gym.envs.batch_info import Scenarios, final_info, world_info
 from hazbot_gym.envs.batch_input import (
@@ -180,7 +181,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
 
     def reset(
         self, *, seed: Seeds = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observations, dict[str, Any]]:
+    ) -> tuple[Observations, Info]:
         """Start new episodes.
 
         Args:
@@ -211,7 +212,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
 
     def step(
         self, actions: Any, *, mask: Bools | None = None
-    ) -> tuple[Observations, Floats, Bools, Bools, dict[str, Any]]:
+    ) -> tuple[Observations, Floats, Bools, Bools, Info]:
         """Step every world; the autoreset mode determines resets.
 
         Args:

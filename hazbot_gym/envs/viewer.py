@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from hazbot_gym.config import Config
 from hazbot_gym.core.kinematics import castor_angle
-from hazbot_gym.core.state import Floats, Place, Record
+from hazbot_gym.core.state import Floats, Place
 from hazbot_gym.envs.frame import Frame
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.world import World
@@ -97,7 +97,7 @@ class Viewer:
         if self._window is not None:
             self._window.close()
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __getstate__(self) -> dict[str, object]:
         """Return the picklable state, without painter and window."""
         return {**self.__dict__, "_painter": None, "_window": None}
 
@@ -124,7 +124,7 @@ def castor_of(speed_mps: float, omega: float, config: Config) -> float:
     return castor_angle(speed_mps / omega if omega else math.inf, config.drive.chassis)
 
 
-def frame_of(config: Config, place: Place, robot: Record, **others: Any) -> Frame:
+def frame_of(config: Config, place: Place, robot: np.void, **others: Any) -> Frame:
     """Return the frame of a world; ``others`` are the remaining fields of ``Frame``."""
     return Frame(
         place=place,

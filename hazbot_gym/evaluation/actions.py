@@ -15,9 +15,9 @@ from hazbot_gym.policies.base import Policy
 def ask(
     policy: Policy,
     observation: Any,
-    state: Any = None,
+    state: object = None,
     episode_start: npt.NDArray[np.bool_] | None = None,
-) -> tuple[Any, Any]:
+) -> tuple[Any, object]:
     """Return a policy's most likely action and its next inner state.
 
     Raises:
@@ -32,14 +32,14 @@ def ask(
     return answer
 
 
-def playable(action: npt.NDArray[Any], space: gymnasium.Space[Any]) -> Any:
+def playable(action: npt.NDArray[np.generic], space: gymnasium.Space[object]) -> object:
     """Return an action that fits an environment's space, the nearest level if discrete."""
     if not isinstance(space, gymnasium.spaces.Discrete):
         return action
     return int(levels_of(action, int(space.n))[0])
 
 
-def levels_of(actions: npt.NDArray[Any], levels: int) -> npt.NDArray[np.int64]:
+def levels_of(actions: npt.NDArray[np.generic], levels: int) -> npt.NDArray[np.int64]:
     """Return the index of the nearest level for speeds in [-1, 1]: (N, 1) to (N,).
 
     Integers are levels already.

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
-from typing import Any
 
 import gymnasium
 import numpy as np
@@ -16,6 +15,7 @@ import numpy.typing as npt
 
 from hazbot_gym.config import Config
 from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, Floats, Ints
+from hazbot_gym.envs.arguments import Info
 from hazbot_gym.envs.vector import CorridorVectorEnv, State
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation.actions import levels_of
@@ -117,7 +117,9 @@ def _run_round(
     yield from zip(log.episodes(worlds, keys), labels, strict=True)
 
 
-def _playable(worlds: CorridorVectorEnv, actions: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def _playable(
+    worlds: CorridorVectorEnv, actions: npt.NDArray[np.generic]
+) -> npt.NDArray[np.generic]:
     """Return a policy's actions in the format of the batched engine."""
     space = worlds.single_action_space
     if isinstance(space, gymnasium.spaces.Discrete):
@@ -142,7 +144,7 @@ class _Log:
         self._rewards, self._costs = np.empty((limit, n)), np.empty((limit, n))
         self._terms: dict[str, Floats] = {}
         self._people: list[tuple[Ints, Ints, Floats]] = []  # world, person, columns; by instant
-        self._info: dict[str, Any] = {}
+        self._info: Info = {}
         self._note_state(0, worlds.state())
 
     def note(
@@ -151,7 +153,7 @@ class _Log:
         rewards: Floats,
         terminated: npt.NDArray[np.bool_],
         truncated: npt.NDArray[np.bool_],
-        info: dict[str, Any],
+        info: Info,
     ) -> None:
         """Record one decision of all live worlds, and which episodes it ended."""
         t = len(self._people) - 1

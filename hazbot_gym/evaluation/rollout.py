@@ -6,12 +6,12 @@ import zlib
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple, get_args
 
-import gymnasium
 import numpy as np
 
 from hazbot_gym.config import Config, make_config
 from hazbot_gym.core.ssm import SsmThresholds
 from hazbot_gym.core.state import ROBOT_RADIUS_M, Floats, Ints, Records
+from hazbot_gym.envs.arguments import Environment, Info
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE, full_id
 from hazbot_gym.errors import InvalidInput
@@ -57,7 +57,7 @@ def evaluate(
     *,
     episodes: int,
     seed: int = 0,
-    overrides: Mapping[str, Any] | None = None,
+    overrides: Mapping[str, object] | None = None,
     engine: str = "batched",
     allow_pickle: bool = False,
 ) -> list[Row]:
@@ -103,7 +103,7 @@ def check_counts(episodes: int, seed: int) -> None:
     whole_number(seed, "seed", 0, MOST_SEED)
 
 
-def scenario_set(env_id: str, overrides: Mapping[str, Any] | None = None) -> ScenarioSet:
+def scenario_set(env_id: str, overrides: Mapping[str, object] | None = None) -> ScenarioSet:
     """Return an environment as a scenario set, with name and seeds as in ``hazbot study``."""
     changes, env = dict(overrides or {}), full_id(env_id)
     preset = env.rsplit("/", 1)[-1].rsplit("-v", 1)[0]
@@ -167,7 +167,7 @@ def run_block(block: Block, threads: int = 1) -> list[Row]:
     ]
 
 
-def run_episode(env: gymnasium.Env[Any, Any], policy: Policy, seed: int) -> tuple[Episode, Row]:
+def run_episode(env: Environment, policy: Policy, seed: int) -> tuple[Episode, Row]:
     """Run one episode and return its record, and the labels of its scenario.
 
     Raises:
@@ -195,7 +195,7 @@ def run_episode(env: gymnasium.Env[Any, Any], policy: Policy, seed: int) -> tupl
     return _record(env, snapshots, steps, start), {**labels}
 
 
-def make_env(scenarios: ScenarioSet, render_mode: str | None = None) -> gymnasium.Env[Any, Any]:
+def make_env(scenarios: ScenarioSet, render_mode: str | None = None) -> Environment:
     """Make the environment of a scenario set, on pymunk.
 
     Raises:
@@ -235,10 +235,10 @@ def environment_ids() -> list[str]:
 
 
 def _record(
-    env: gymnasium.Env[Any, Any],
+    env: Environment,
     snapshots: list[Any],
-    steps: list[tuple[float, dict[str, Any]]],
-    start: dict[str, Any],
+    steps: list[tuple[float, Info]],
+    start: Info,
 ) -> Episode:
     """Convert the recorded instants to arrays; ``start`` is the info of the reset."""
     config = env.unwrapped.config  # type: ignore[attr-defined]

@@ -64,17 +64,17 @@ def track_sets(folder: Path, seed: int | None = None) -> tuple[ScenarioSet, ...]
     )
 
 
-def parse_overrides(changes: Iterable[str]) -> dict[str, Any]:
+def parse_overrides(changes: Iterable[str]) -> dict[str, object]:
     """Parse overrides such as ``people.model=seeded`` into nested config values, read as YAML.
 
     Raises:
         InvalidInput: an override has no name or value, or contradicts another override.
     """
-    overrides: dict[str, Any] = {}
+    overrides: dict[str, object] = {}
     for change in changes:
         name, equals, text = change.partition("=")
         *groups, field = name.split(".")
-        inner: Any = overrides
+        inner: object = overrides
         for group in groups:
             inner = inner.setdefault(group, {}) if isinstance(inner, dict) else None
         if not (equals and field and isinstance(inner, dict)):

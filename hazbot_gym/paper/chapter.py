@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 Cell = str | float | None
 
@@ -41,7 +41,7 @@ class Chapter(NamedTuple):
     number: str
     title: str
     here: dict[str, float]
-    record: dict[str, Any]
+    record: dict[str, object]
     text: tuple[str, ...]
     tables: tuple[Table, ...] = ()
     pictures: tuple[Picture, ...] = ()

@@ -8,7 +8,7 @@ converged when it is below 0.001 m or rad for good, the third decimal that the p
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -72,7 +72,7 @@ FIGURE_NAMES = (  # of ``Figures``, as heads of tables
 )
 
 
-def paper_drive(**changes: Any) -> Drive:
+def paper_drive(**changes: object) -> Drive:
     """Return the drive of the scenario ``circle`` with some values changed."""
     return make_config(scenario="circle", drive=changes).drive
 

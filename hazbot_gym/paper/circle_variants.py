@@ -46,7 +46,7 @@ def plants() -> dict[str, Figures]:
 
 def variants() -> dict[str, Figures]:
     """Return the four numbers on plant B with one thing changed, for whom it concerns."""
-    both: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
+    both: dict[str, tuple[dict[str, object], dict[str, Any]]] = {
         "0.3 m/s": ({"nominal_speed_mps": 0.3}, {}),
         "radius 3.5 m": ({}, {"radius_m": 3.5}),
         "steps of 0.005 s": ({}, {"physics_s": 0.005}),
@@ -54,7 +54,7 @@ def variants() -> dict[str, Figures]:
         "|u| at most 10": ({"plant": PLANTS["B"]._replace(u_max=10.0)._asdict()}, {}),
         "reference speeds up at 0.5 m/s²": ({"acceleration_mps2": 0.5}, {}),
     }
-    rules: dict[str, dict[str, Any]] = {
+    rules: dict[str, dict[str, object]] = {
         "rules see wanted minus actual (s = +1)": {"fuzzy": FuzzyPid(sign=1.0)._asdict()},
         "symmetric tables": {"tables": "symmetric"},
     }

@@ -30,7 +30,7 @@ FAMILY_METRICS = {  # and how they are called in tables
     "return": "return",
 }
 # The drive in earnest, with the noise of Table 2.
-EARNEST: dict[str, dict[str, Any]] = {
+EARNEST: dict[str, dict[str, object]] = {
     "drive": {"wheel_loop": "fuzzy_pid", "plant": "B"},
     "sensors": {"tracker": {"position_noise_m": 0.03}},
 }

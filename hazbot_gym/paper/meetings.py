@@ -70,7 +70,7 @@ def meet(
     policy: str | Policy = "fuzzy_expert",
     *,
     seeds: Sequence[int] = (0,),
-    overrides: Mapping[str, Any] | None = None,
+    overrides: Mapping[str, object] | None = None,
     steps: int = STEPS,
 ) -> list[Meeting]:
     """Let a policy drive through a named scenario, once for each noise seed."""

@@ -21,7 +21,16 @@ from hazbot_gym.core.pid import (
     motor_step,
     pid_law,
 )
-from hazbot_gym.core.state import LEFT, RIGHT, WHEEL, Floats, Record, Records, as_record, records
+from hazbot_gym.core.state import (
+    LEFT,
+    RIGHT,
+    WHEEL,
+    Floats,
+    Records,
+    WheelRecord,
+    as_record,
+    records,
+)
 from hazbot_gym.core.tracking import (
     TrackingGains,
     pose_error,
@@ -89,7 +98,7 @@ def _final_error(
 
 @scalar
 def _turn(
-    wheel: Record, wanted_radps: float, is_right: bool, p: DriveParameters, table: Floats
+    wheel: WheelRecord, wanted_radps: float, is_right: bool, p: DriveParameters, table: Floats
 ) -> None:
     """Let a wheel's loop and motor make a step; what ``sim/lanes.py`` does side by side."""
     error = wanted_radps - wheel.speed

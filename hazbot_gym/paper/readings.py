@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from hazbot_gym.paper.meetings import Events, events, meet
 
@@ -22,7 +22,7 @@ class Reading(NamedTuple):
 
     name: str
     policy: str
-    overrides: Mapping[str, Any] = {}
+    overrides: Mapping[str, object] = {}
 
 
 def _other(name: str, reading: str) -> Reading:

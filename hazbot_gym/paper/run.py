@@ -131,7 +131,7 @@ def record_of(chapters: list[Chapter], identity: str, *, quick: bool) -> Record:
     }
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     """Return values for JSON: what never happened (NaN), or is beyond measure, becomes null."""
     if isinstance(value, dict):
         return {str(name): _plain(inner) for name, inner in value.items()}

@@ -156,7 +156,7 @@ class Errors(NamedTuple):
     angle_rms_rad: float
 
 
-def sweep(controllers: Mapping[str, Drive], *, every: int = 1) -> list[dict[str, Any]]:
+def sweep(controllers: Mapping[str, Drive], *, every: int = 1) -> list[dict[str, object]]:
     """Drive all controllers on all plants under all disturbances; return a row for each lap.
 
     Args:
@@ -198,7 +198,7 @@ class Wins(NamedTuple):
     median_ratio: float  # of the mean ratio, where both keep to the circle
 
 
-def wins(rows: list[dict[str, Any]], ours: str, theirs: str) -> Wins:
+def wins(rows: list[dict[str, object]], ours: str, theirs: str) -> Wins:
     """Compare two controllers over rows of a sweep; one that is lost has lost."""
     a, b = (
         np.array(

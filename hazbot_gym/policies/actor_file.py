@@ -45,9 +45,9 @@ def describe(
     *,
     algorithm: str,
     tier: str,
-    residual: Mapping[str, Any] | None = None,
-    training: Mapping[str, Any] | None = None,
-    results: Mapping[str, Any] | None = None,
+    residual: Mapping[str, object] | None = None,
+    training: Mapping[str, object] | None = None,
+    results: Mapping[str, object] | None = None,
 ) -> Trained:
     """Return an actor with its metadata, ready to be written.
 
@@ -83,7 +83,7 @@ def describe(
     return Trained(actor, about)
 
 
-def observation_table(layout: Layout) -> list[dict[str, Any]]:
+def observation_table(layout: Layout) -> list[dict[str, object]]:
     """Return the fields that an actor depends on: names, units and ranges."""
     return [{name: getattr(field, name) for name in _COMPARED} for field in layout.fields]
 
@@ -91,7 +91,7 @@ def observation_table(layout: Layout) -> list[dict[str, Any]]:
 def write(trained: Trained, file: BinaryIO) -> None:
     """Write an actor into an open file."""
     actor, about = trained
-    arrays: dict[str, npt.NDArray[Any]] = {}
+    arrays: dict[str, npt.NDArray[np.generic]] = {}
     for i, layer in enumerate(actor.layers):
         arrays[f"weight{i}"], arrays[f"bias{i}"] = layer
     if actor.lstm is not None:
@@ -132,7 +132,7 @@ def read(path: Path) -> Trained:
         ) from error
 
 
-def _about(text: npt.NDArray[Any]) -> dict[str, Any]:
+def _about(text: npt.NDArray[np.generic]) -> dict[str, object]:
     if text.dtype != np.uint8 or text.nbytes > MOST_TEXT:
         raise _NoActor("its description is no text of that length")
     about = json.loads(text.tobytes())
@@ -169,7 +169,7 @@ def _field(field: Mapping[str, Any]) -> str:
     return "{name} in {low:g}..{high:g} {unit} / {scale:g}".format(**field)
 
 
-def _actor(arrays: Mapping[str, npt.NDArray[Any]], about: Mapping[str, Any]) -> Actor:
+def _actor(arrays: Mapping[str, npt.NDArray[np.generic]], about: Mapping[str, Any]) -> Actor:
     """Assemble the arrays; raise ValueError or KeyError if they do not fit."""
     unlike = [name for name, array in arrays.items() if array.dtype.kind != "f"]
     with np.errstate(over="ignore"):  # overflows are rejected as not finite

@@ -60,8 +60,8 @@ class Rule(Guarded):
         raise NotImplementedError
 
     def act(
-        self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
-    ) -> tuple[Actions, Any]:
+        self, observation: Observations, state: object, starts: Flags | None, deterministic: bool
+    ) -> tuple[Actions, object]:
         """Return the action, and the state unchanged; see ``Guarded.act``."""
         return speed_action(self.speed_share(observation)), state
 
@@ -201,7 +201,7 @@ def spec_of(name: str, options: Mapping[str, object]) -> str:
     return f"{name}:{','.join(f'{option}={value}' for option, value in options.items())}"
 
 
-def _is_policy(thing: Any) -> bool:
+def _is_policy(thing: object) -> bool:
     return isinstance(thing, Policy) and not isinstance(thing, type)
 
 

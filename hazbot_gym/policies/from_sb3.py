@@ -144,7 +144,7 @@ def load_zip(path: Path) -> Policy:
     return _Model(_checked(_load(loader, path), path))
 
 
-def _load(loader: str, path: Path) -> Any:
+def _load(loader: str, path: Path) -> object:
     package, _, algorithm = loader.partition(":")
     try:
         library = importlib.import_module(package)
@@ -176,8 +176,8 @@ class _Model(Guarded):
         self._model = model
 
     def act(
-        self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
-    ) -> tuple[Actions, Any]:
+        self, observation: Observations, state: object, starts: Flags | None, deterministic: bool
+    ) -> tuple[Actions, object]:
         """Return the model's action and its state, rows first; see ``Guarded.act``."""
         if not deterministic:
             raise InvalidInput("deterministic: given False, a trained policy allows only True")

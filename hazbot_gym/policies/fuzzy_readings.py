@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -95,8 +95,8 @@ class FuzzyReading(FuzzyExpert):
         return kept
 
     def act(
-        self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
-    ) -> tuple[Actions, Any]:
+        self, observation: Observations, state: object, starts: Flags | None, deterministic: bool
+    ) -> tuple[Actions, object]:
         """Return the action; the state of ``elapsed`` is the time since the start (N,) [s].
 
         Raises:

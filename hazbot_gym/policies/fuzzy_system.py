@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from hazbot_gym.errors import MissingExtra
@@ -19,7 +17,7 @@ from hazbot_gym.policies.fuzzy_expert import (
 )
 
 
-def control_system(expert: FuzzyExpert, points: int = 601) -> Any:
+def control_system(expert: FuzzyExpert, points: int = 601) -> object:
     """Return the strategy as a ``skfuzzy.control.ControlSystem``, for plots and tests.
 
     Inputs ``distance`` [m], ``speed`` [m/s] and ``pattern`` (code), output ``kept``. scikit-fuzzy

@@ -40,8 +40,8 @@ class Guarded:
     """
 
     def act(
-        self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
-    ) -> tuple[Actions, Any]:
+        self, observation: Observations, state: object, starts: Flags | None, deterministic: bool
+    ) -> tuple[Actions, object]:
         """Return the action and the next inner state for valid observations.
 
         Arguments and results are those of ``base.Policy.predict``. Arrays of the state, alone or in
@@ -52,10 +52,10 @@ class Guarded:
     def predict(
         self,
         observation: Observations,
-        state: Any = None,
+        state: object = None,
         episode_start: npt.NDArray[np.bool_] | None = None,
         deterministic: bool = True,
-    ) -> tuple[Actions, Any]:
+    ) -> tuple[Actions, object]:
         """Return the action, -1 for invalid observations; see ``base.Policy.predict``.
 
         Raises:
@@ -81,7 +81,7 @@ class Guarded:
         state: Any,
         episode_start: npt.NDArray[np.bool_] | None,
         deterministic: bool,
-    ) -> tuple[Actions, Any]:
+    ) -> tuple[Actions, object]:
         starts = np.zeros(is_valid.shape, np.bool_)
         if episode_start is not None:
             starts = starts | np.reshape(episode_start, starts.shape)
@@ -102,11 +102,11 @@ class Guarded:
 class _Waiting(NamedTuple):
     """The state of a policy whose episode began with invalid observations."""
 
-    state: Any
+    state: object
     rows: Flags  # (...) True if the episode begins with the next valid observation
 
 
-def numbers(observation: Any) -> Observations:
+def numbers(observation: object) -> Observations:
     """Return an observation as an array (..., n) of real numbers, n at least 1."""
     try:
         entries = np.asarray(observation)

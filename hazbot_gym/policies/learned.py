@@ -32,7 +32,7 @@ class TrainedActor(Guarded):
 
     def act(
         self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
-    ) -> tuple[Actions, Any]:
+    ) -> tuple[Actions, object]:
         """Return the most likely action, and the LSTM state; see ``Guarded.act``.
 
         Without an LSTM the state is returned unchanged.
@@ -60,10 +60,10 @@ class _FromFile:
     def predict(
         self,
         observation: Observations,
-        state: Any = None,
+        state: object = None,
         episode_start: npt.NDArray[np.bool_] | None = None,
         deterministic: bool = True,
-    ) -> tuple[Actions, Any]:
+    ) -> tuple[Actions, object]:
         """Return the action of the file's policy; see ``Policy.predict``."""
         observation = numbers(observation)
         policy = self._policy_for(observation)

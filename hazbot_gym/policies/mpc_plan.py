@@ -21,7 +21,7 @@ import numpy as np
 
 from hazbot_gym.core.jit import lean_kernel, scalar
 from hazbot_gym.core.proxemics import intrusion_depth
-from hazbot_gym.core.state import Floats, Record, Records
+from hazbot_gym.core.state import Floats, Records
 from hazbot_gym.policies.people_seen import RADII_M
 
 LEVELS = 5
@@ -72,7 +72,7 @@ def plan(
 
 
 @scalar
-def _look(people: Floats, way: Floats, t: int, problem: Record, harm: Floats) -> None:
+def _look(people: Floats, way: Floats, t: int, problem: Problem, harm: Floats) -> None:
     """Write h(s) for every place reachable in t stages."""
     end = 2 * LEVELS * t + 1
     for s in range(end):
@@ -99,7 +99,7 @@ def _charge(values: Floats, harm: Floats, end: int, after: Floats) -> None:
 
 
 @scalar
-def _improve(after: Floats, end: int, problem: Record, best: Floats) -> None:
+def _improve(after: Floats, end: int, problem: Problem, best: Floats) -> None:
     """Write the best values before a stage from those after it."""
     for i in range(LEVELS + 1):
         for s in range(end):
@@ -113,7 +113,7 @@ def _improve(after: Floats, end: int, problem: Record, best: Floats) -> None:
 
 
 @scalar
-def _first(after: Floats, level: int, command: float, problem: Record) -> int:
+def _first(after: Floats, level: int, command: float, problem: Problem) -> int:
     """Return the best first level, given the speed and the last command."""
     best, chosen = -np.inf, 0
     for j in range(max(level - problem.most_down, 0), min(level + 1, LEVELS) + 1):

@@ -30,7 +30,7 @@ def is_reference(spec: str) -> bool:
     return bool(colon) and all(name.isidentifier() for name in names)
 
 
-def load(spec: str) -> Any:
+def load(spec: str) -> object:
     """Return the object ``module:attribute``. This executes the module.
 
     Raises:
@@ -50,7 +50,7 @@ def load(spec: str) -> Any:
         ) from None
 
 
-def called(what: str, code: Callable[[], Any]) -> Any:
+def called(what: str, code: Callable[[], object]) -> Any:
     """Call user code and return its result.
 
     Raises:
@@ -65,7 +65,7 @@ def called(what: str, code: Callable[[], Any]) -> Any:
         raise InvalidInput(f"policy: {what} failed: {said} ({_place_of(error)})") from error
 
 
-def _import(spec: str, name: str) -> Any:
+def _import(spec: str, name: str) -> object:
     importlib.invalidate_caches()  # the file may be newer than the import cache
     try:
         return importlib.import_module(name)

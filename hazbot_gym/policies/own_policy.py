@@ -31,17 +31,17 @@ class OwnPolicy:
     def predict(
         self,
         observation: npt.NDArray[np.float32],
-        state: Any = None,
+        state: object = None,
         episode_start: npt.NDArray[np.bool_] | None = None,
         deterministic: bool = True,
-    ) -> tuple[npt.NDArray[Any], Any]:
+    ) -> tuple[npt.NDArray[Any], object]:
         """Return the user's action as an array, and the state; see ``base.Policy.predict``.
 
         Raises:
             InvalidInput: The call fails, or does not return an action and a state.
         """
 
-        def ask() -> Any:
+        def ask() -> object:
             return self.policy.predict(
                 observation, state=state, episode_start=episode_start, deterministic=deterministic
             )
@@ -55,7 +55,7 @@ class OwnPolicy:
         self._check(action, np.shape(observation)[:-1])
         return action, answer[1]
 
-    def _check(self, action: npt.NDArray[Any], rows: tuple[int, ...]) -> None:
+    def _check(self, action: npt.NDArray[np.generic], rows: tuple[int, ...]) -> None:
         """Reject an action of another shape or type, or out of bounds; integers are levels."""
         if action.shape not in ((*rows, 1), rows or (1,)):
             raise InvalidInput(

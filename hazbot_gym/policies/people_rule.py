@@ -24,7 +24,7 @@ class PeopleRule(Rule):
 
     def act(
         self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
-    ) -> tuple[Actions, Any]:
+    ) -> tuple[Actions, object]:
         """Return the action; the state is None, or the echo memory on the sonar tier.
 
         See ``Guarded.act``.

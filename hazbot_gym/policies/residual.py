@@ -41,8 +41,12 @@ def base_of(spec: str) -> Policy:
 
 
 def unguarded(
-    policy: Policy, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
-) -> tuple[Actions, Any]:
+    policy: Policy,
+    observation: Observations,
+    state: object,
+    starts: Flags | None,
+    deterministic: bool,
+) -> tuple[Actions, object]:
     """Return a part's action without its guard, since only the whole policy may stop."""
     answer = policy.act if isinstance(policy, Guarded) else policy.predict
     return answer(observation, state, starts, deterministic)
@@ -63,7 +67,7 @@ class Residual(Guarded):
 
     def act(
         self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
-    ) -> tuple[Actions, Any]:
+    ) -> tuple[Actions, object]:
         """Return the corrected action and the pair of states; see ``Guarded.act``."""
         rule, memory = (None, None) if state is None else state
         action, rule = unguarded(self.base, observation, rule, starts, deterministic)

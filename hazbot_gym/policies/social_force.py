@@ -25,10 +25,9 @@ from pydantic.dataclasses import dataclass
 from hazbot_gym.core.elementary import decay
 from hazbot_gym.core.geometry import clip
 from hazbot_gym.core.jit import lean_kernel
-from hazbot_gym.core.social_force import HELBING_MOLNAR_1995, goal_force, view_weight
+from hazbot_gym.core.social_force import HELBING_MOLNAR_1995, SocialForce, goal_force, view_weight
 from hazbot_gym.core.state import (
     Floats,
-    Record,
     Records,
     as_record,
 )
@@ -67,7 +66,7 @@ def _answer(
 
     ``how`` holds strength, nominal speed [m/s] and decision period [s].
     """
-    force: Record = constants[0]
+    force: SocialForce = constants[0]
     index, units = columns.entries, columns.units
     for i in range(rows.shape[0]):
         row = rows[i]

@@ -7,7 +7,7 @@ intersection with the side walls it stops forever.
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from annotated_types import Gt
@@ -41,7 +41,7 @@ class StopOnSight(Guarded):
         return self
 
     def act(
-        self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
+        self, observation: Observations, state: object, starts: Flags | None, deterministic: bool
     ) -> tuple[Actions, Flags]:
         """Return the action, and as state whether the robot is stopped: (N,) or ().
 

@@ -7,7 +7,7 @@ allocates nothing; ``envs/batch.py`` runs it over all worlds in parallel.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -25,8 +25,8 @@ from hazbot_gym.core.state import (
     TRACK,
     WHEEL,
     Floats,
+    Ints,
     Place,
-    Record,
     Records,
     as_record,
 )
@@ -34,6 +34,7 @@ from hazbot_gym.sim.contact import find_contact, slack
 from hazbot_gym.sim.drive import drive_parameters, update_pose_error
 from hazbot_gym.sim.lanes import (
     DRIVE_LANES,
+    DriveLanes,
     aim_lane,
     drive_step,
     drive_values,
@@ -79,6 +80,15 @@ GROUP = np.dtype(
     ],
     align=True,
 )  # worlds stepped together
+
+
+class Group(Protocol):
+    """One element of an array of ``GROUP``; all fields but the first are arrays over lanes."""
+
+    drive: DriveLanes
+    world: Ints
+    contact: Ints
+    is_near: Ints
 
 
 class Mechanics(NamedTuple):
@@ -157,7 +167,7 @@ def start_people(
 
 @scalar
 def step_group(
-    group: Record, count: int, worlds: Worlds, surroundings: Surroundings, m: Mechanics,
+    group: Group, count: int, worlds: Worlds, surroundings: Surroundings, m: Mechanics,
     work: Workspace,
 ) -> None:  # fmt: skip
     """Simulate some worlds for a decision period at their robots' effective commands.
@@ -184,7 +194,7 @@ def step_group(
 
 @scalar
 def _walk_period(
-    group: Record, count: int, period: int, worlds: Worlds, surroundings: Surroundings,
+    group: Group, count: int, period: int, worlds: Worlds, surroundings: Surroundings,
     m: Mechanics, work: Workspace,
 ) -> None:  # fmt: skip
     """Move a group's people to the end of a social period, and compute their next velocities."""
@@ -210,7 +220,7 @@ def _walk_period(
 
 @scalar
 def _drive_period(
-    group: Record, count: int, worlds: Worlds, surroundings: Surroundings, m: Mechanics
+    group: Group, count: int, worlds: Worlds, surroundings: Surroundings, m: Mechanics
 ) -> None:
     """Drive a group's robots for a social period; check contacts where something is near."""
     for lane in range(count):
@@ -234,7 +244,7 @@ def _drive_period(
 
 @scalar
 def _look_for_contact(
-    group: Record, lane: int, elapsed_s: float, worlds: Worlds, surroundings: Surroundings
+    group: Group, lane: int, elapsed_s: float, worlds: Worlds, surroundings: Surroundings
 ) -> None:
     """Record the contact of the robot in a lane; a contact freezes its world."""
     i = group.world[lane]

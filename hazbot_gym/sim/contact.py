@@ -15,8 +15,8 @@ from hazbot_gym.core.state import (
     ROBOT_RADIUS_M,
     WALL,
     Floats,
-    Record,
     Records,
+    RobotRecord,
 )
 
 TOP_SPEED_MPS = 2.0  # upper bound of the robot's speed
@@ -24,7 +24,7 @@ ENOUGH_M = 1.0  # cap of the slack
 
 
 @scalar
-def wall_distance(robot: Record, walls: Floats, within_m: float) -> float:
+def wall_distance(robot: RobotRecord, walls: Floats, within_m: float) -> float:
     """Return the distance from the robot's centre to the nearest wall, at most ``within_m`` [m]."""
     nearest = within_m
     for k in range(walls.shape[0]):
@@ -36,7 +36,7 @@ def wall_distance(robot: Record, walls: Floats, within_m: float) -> float:
 
 
 @scalar
-def slack(people: Records, walls: Floats, robot: Record, dt_s: float) -> float:
+def slack(people: Records, walls: Floats, robot: RobotRecord, dt_s: float) -> float:
     """Return a lower bound of the clearance to any contact within dt [m].
 
     It is capped at 1 m.
@@ -54,7 +54,7 @@ def slack(people: Records, walls: Floats, robot: Record, dt_s: float) -> float:
 
 
 @scalar
-def find_contact(people: Records, walls: Floats, robot: Record, elapsed_s: float) -> int:
+def find_contact(people: Records, walls: Floats, robot: RobotRecord, elapsed_s: float) -> int:
     """Return the index of the first touched person, ``WALL`` or ``NO_CONTACT``.
 
     Args:

@@ -18,7 +18,7 @@ from hazbot_gym.core.geometry import path_length, path_pose
 from hazbot_gym.core.jit import lean_kernel, routine, scalar
 from hazbot_gym.core.kinematics import Pose, Twist, wheel_speeds
 from hazbot_gym.core.pid import PLANTS, motor_gain
-from hazbot_gym.core.state import LEFT, RIGHT, ROBOT, WHEEL, Floats, Record, Records, records
+from hazbot_gym.core.state import LEFT, RIGHT, ROBOT, WHEEL, Floats, Records, RobotRecord, records
 from hazbot_gym.core.tracking import pose_error
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.lanes import (
@@ -60,7 +60,7 @@ def drive_parameters(drive: Drive, physics_s: float) -> DriveParameters:
 
 @scalar
 def give_command(
-    robot: Record, command_mps: float, stops: bool, pending: Floats, step: int
+    robot: RobotRecord, command_mps: float, stops: bool, pending: Floats, step: int
 ) -> None:
     """Queue a command, and apply the command of ``latency`` decisions ago.
 
@@ -80,7 +80,7 @@ def give_command(
 
 
 @scalar
-def update_pose_error(robot: Record, path: Records) -> None:
+def update_pose_error(robot: RobotRecord, path: Records) -> None:
     """Write the true pose error (eq 10) of the robot into its record."""
     x_r, y_r, theta_r, _ = path_pose(path, robot.s)
     error = pose_error(Pose(robot.x, robot.y, robot.theta), Pose(x_r, y_r, theta_r))
@@ -133,7 +133,7 @@ def drive(
 
 @routine
 def place_robot(
-    robot: Record,
+    robot: RobotRecord,
     wheels: Records,
     path: Records,
     speed_mps: float,

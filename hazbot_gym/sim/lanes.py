@@ -8,9 +8,10 @@ cannot be vectorized, curves and the gain table, has separate loops.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from hazbot_gym.core.fuzzy_pid import FuzzyPid, fuzzy_pid_gains
 from hazbot_gym.core.geometry import STRAIGHT_PER_M, clip, path_length, path_pose, piece_at
@@ -27,7 +28,7 @@ from hazbot_gym.core.pid import (
     motor_step,
     pid_law,
 )
-from hazbot_gym.core.state import LEFT, RIGHT, WHEEL, Floats, Record, Records
+from hazbot_gym.core.state import LEFT, RIGHT, WHEEL, Floats, Ints, Records, RobotRecord
 from hazbot_gym.core.tracking import TrackingGains, pose_error, tracking_law
 
 _EACH, _EACH_WHEEL = ("f8", (LANES,)), ("f8", (2, LANES))
@@ -46,6 +47,44 @@ DRIVE_LANES = np.dtype(
     ],
     align=True,
 )  # fields of ROBOT and WHEEL as arrays over lanes, and scratch fields of a step
+
+
+class DriveLanes(Protocol):
+    """One element of an array of ``DRIVE_LANES``; all fields are arrays over lanes."""
+
+    command: Floats
+    v_ref: Floats
+    s: Floats
+    x: Floats
+    y: Floats
+    theta: Floats
+    v: Floats
+    omega: Floats
+    y_seen: Floats
+    x_r: Floats
+    y_r: Floats
+    theta_r: Floats
+    curvature: Floats
+    x_0: Floats
+    y_0: Floats
+    s_0: Floats
+    cos: Floats
+    sin: Floats
+    is_straight: Ints
+    heading_noise: Floats
+    key: npt.NDArray[np.uint64]
+    step: Ints
+    wanted: Floats
+    noise: Floats
+    kp: Floats
+    ki: Floats
+    kd: Floats
+    speed: Floats
+    drive: Floats
+    integral: Floats
+    error: Floats
+    derivative: Floats
+
 
 FUZZY_PID, PID, IDEAL = 0, 1, 2
 
@@ -69,7 +108,7 @@ class DriveParameters(NamedTuple):
 
 
 @scalar
-def drive_values(p: Record) -> DriveParameters:
+def drive_values(p: DriveParameters) -> DriveParameters:
     """Return the parameters as values, which the compiler can keep in registers."""
     chassis, plant = p.chassis, p.plant
     return DriveParameters(
@@ -92,7 +131,7 @@ def drive_values(p: Record) -> DriveParameters:
 
 @scalar
 def load_lane(
-    lanes: Record, i: int, robot: Record, wheels: Records, key: np.uint64, step: int
+    lanes: DriveLanes, i: int, robot: RobotRecord, wheels: Records, key: np.uint64, step: int
 ) -> None:
     """Load a robot and its wheels into lane i.
 
@@ -119,7 +158,7 @@ def load_lane(
 
 
 @scalar
-def store_lane(lanes: Record, i: int, robot: Record, wheels: Records) -> None:
+def store_lane(lanes: DriveLanes, i: int, robot: RobotRecord, wheels: Records) -> None:
     """Store lane i to its robot and wheels, after at least one step."""
     robot.v_ref, robot.s, robot.y_seen = lanes.v_ref[i], lanes.s[i], lanes.y_seen[i]
     robot.x, robot.y, robot.theta = lanes.x[i], lanes.y[i], lanes.theta[i]
@@ -135,7 +174,7 @@ def store_lane(lanes: Record, i: int, robot: Record, wheels: Records) -> None:
 
 
 @scalar
-def aim_lane(lanes: Record, i: int, path: Records, reach_m: float) -> None:
+def aim_lane(lanes: DriveLanes, i: int, path: Records, reach_m: float) -> None:
     """Set the line of lane i's reference point, if it stays on a straight piece for a while.
 
     Args:
@@ -154,7 +193,7 @@ def aim_lane(lanes: Record, i: int, path: Records, reach_m: float) -> None:
 
 
 @scalar
-def follow_lane(lanes: Record, i: int, path: Records) -> None:
+def follow_lane(lanes: DriveLanes, i: int, path: Records) -> None:
     """Compute lane i's reference pose on a piece that is not straight."""
     if not lanes.is_straight[i]:
         lanes.x_r[i], lanes.y_r[i], lanes.theta_r[i], lanes.curvature[i] = path_pose(
@@ -163,7 +202,7 @@ def follow_lane(lanes: Record, i: int, path: Records) -> None:
 
 
 @scalar
-def follow_lines(lanes: Record) -> None:
+def follow_lines(lanes: DriveLanes) -> None:
     """Compute the reference poses of all lanes on straight pieces; ``follow_lane`` for others.
 
     Equivalent to ``path_pose`` on a line.
@@ -204,7 +243,7 @@ def loop_gains(error: float, derivative: float, p: DriveParameters, gain_table: 
 
 
 @scalar
-def _disturb(lanes: Record, p: DriveParameters) -> None:
+def _disturb(lanes: DriveLanes, p: DriveParameters) -> None:
     """Draw the measurement noise of a step."""
     for i in range(LANES):
         right, left, heading = measurement_noise(p, lanes.key[i], lanes.step[i])
@@ -213,14 +252,14 @@ def _disturb(lanes: Record, p: DriveParameters) -> None:
 
 
 @scalar
-def _steer(lanes: Record, p: DriveParameters) -> None:
+def _steer(lanes: DriveLanes, p: DriveParameters) -> None:
     """Advance the reference speeds, and compute the wheel speeds that track them."""
     for i in range(LANES):
         _ask_wheels(lanes, i, _measured_error(lanes, i), p)
 
 
 @scalar
-def _steer_by_line(lanes: Record, p: DriveParameters) -> None:
+def _steer_by_line(lanes: DriveLanes, p: DriveParameters) -> None:
     """Do the same, with the cross-track error of the line sensor."""
     for i in range(LANES):
         error = _measured_error(lanes, i)
@@ -229,14 +268,14 @@ def _steer_by_line(lanes: Record, p: DriveParameters) -> None:
 
 
 @scalar
-def _measured_error(lanes: Record, i: int) -> Pose:
+def _measured_error(lanes: DriveLanes, i: int) -> Pose:
     """Return the pose error with heading noise."""
     measured = Pose(lanes.x[i], lanes.y[i], lanes.theta[i] + lanes.heading_noise[i])
     return pose_error(measured, Pose(lanes.x_r[i], lanes.y_r[i], lanes.theta_r[i]))
 
 
 @scalar
-def _ask_wheels(lanes: Record, i: int, error: Pose, p: DriveParameters) -> None:
+def _ask_wheels(lanes: DriveLanes, i: int, error: Pose, p: DriveParameters) -> None:
     """Compute the desired wheel speeds from a pose error."""
     v_ref = slew(lanes.v_ref[i], lanes.command[i], p)
     velocity = tracking_law(error, Twist(v_ref, v_ref * lanes.curvature[i]), p.tracking)
@@ -245,7 +284,7 @@ def _ask_wheels(lanes: Record, i: int, error: Pose, p: DriveParameters) -> None:
 
 
 @scalar
-def _measure(lanes: Record, w: int, p: DriveParameters) -> None:
+def _measure(lanes: DriveLanes, w: int, p: DriveParameters) -> None:
     """Compute the control errors of the wheels on one side."""
     for i in range(LANES):
         error = lanes.wanted[w, i] - (lanes.speed[w, i] + lanes.noise[w, i])
@@ -257,7 +296,7 @@ def _measure(lanes: Record, w: int, p: DriveParameters) -> None:
 
 
 @scalar
-def _turn(lanes: Record, w: int, p: DriveParameters) -> None:
+def _turn(lanes: DriveLanes, w: int, p: DriveParameters) -> None:
     """Step the motors on one side."""
     gain = motor_gain(p.plant, w == RIGHT)
     for i in range(LANES):
@@ -269,7 +308,7 @@ def _turn(lanes: Record, w: int, p: DriveParameters) -> None:
 
 
 @scalar
-def _roll(lanes: Record, p: DriveParameters) -> None:
+def _roll(lanes: DriveLanes, p: DriveParameters) -> None:
     """Integrate the poses of the robots, and advance the reference points."""
     for i in range(LANES):
         actual = body_velocity(lanes.speed[RIGHT, i], lanes.speed[LEFT, i], p.chassis)
@@ -280,7 +319,7 @@ def _roll(lanes: Record, p: DriveParameters) -> None:
 
 
 @routine
-def drive_step(lanes: Record, p: DriveParameters, gain_table: Floats) -> None:
+def drive_step(lanes: DriveLanes, p: DriveParameters, gain_table: Floats) -> None:
     """Advance all lanes by one physics step; requires current reference poses.
 
     Args:
@@ -309,7 +348,9 @@ def drive_step(lanes: Record, p: DriveParameters, gain_table: Floats) -> None:
 
 
 @scalar
-def drive_alone(lanes: Record, i: int, path: Records, p: DriveParameters, table: Floats) -> None:
+def drive_alone(
+    lanes: DriveLanes, i: int, path: Records, p: DriveParameters, table: Floats
+) -> None:
     """Advance the robot in lane i alone by one physics step on its path."""
     aim_lane(lanes, i, path, p.nominal_speed_mps * p.dt_s)
     follow_lines(lanes)

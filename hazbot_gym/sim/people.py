@@ -24,9 +24,10 @@ from hazbot_gym.core.state import (
     SOCIAL_FORCE,
     WAITING,
     Floats,
+    PersonRecord,
     Place,
-    Record,
     Records,
+    RobotRecord,
 )
 from hazbot_gym.sim.spacing import ROBOT_MARGIN_M, keep_off_robot
 from hazbot_gym.sim.walkers import Workspace, force_values, put_down, take_up, walk
@@ -38,7 +39,7 @@ CATCH_UP_MPS = 2.5  # rate of return of a replayed person to its track after avo
 
 
 @scalar
-def _is_clear(people: Records, i: int, robot: Record) -> bool:
+def _is_clear(people: Records, i: int, robot: RobotRecord) -> bool:
     """Return True if there is room for person i to enter."""
     me = people[i]
     if norm(robot.x - me.x, robot.y - me.y) < ROBOT_ENTRY_ROOM_M:
@@ -51,7 +52,7 @@ def _is_clear(people: Records, i: int, robot: Record) -> bool:
 
 
 @scalar
-def _follow_script(me: Record, routes: Floats, dt_s: float) -> None:
+def _follow_script(me: PersonRecord, routes: Floats, dt_s: float) -> None:
     """Set the next velocity of a scripted walker such that the step ends on its lane."""
     x, y = lane_point(routes, me, me.s + me.desired_speed * dt_s)
     me.next_vx = (x - me.x) / dt_s
@@ -60,7 +61,7 @@ def _follow_script(me: Record, routes: Floats, dt_s: float) -> None:
 
 @scalar
 def _follow_recording(
-    people: Records, i: int, robot: Record, recording: Stretch, step: int, dt_s: float
+    people: Records, i: int, robot: RobotRecord, recording: Stretch, step: int, dt_s: float
 ) -> None:
     """Set the next velocity of replayed person i.
 
@@ -93,7 +94,7 @@ def _follow_recording(
 
 
 @scalar
-def _enter(people: Records, i: int, robot: Record, time_s: float) -> None:
+def _enter(people: Records, i: int, robot: RobotRecord, time_s: float) -> None:
     """Let a person enter at its start time; reactive people wait until there is room."""
     me = people[i]
     if time_s < me.enters_s - 1e-9:
@@ -103,7 +104,7 @@ def _enter(people: Records, i: int, robot: Record, time_s: float) -> None:
 
 
 @scalar
-def _advance(me: Record, routes: Floats, dt_s: float) -> None:
+def _advance(me: PersonRecord, routes: Floats, dt_s: float) -> None:
     """Update a walker's progress along its route; remove it at the end."""
     if me.model == SCRIPTED:
         me.s += me.desired_speed * dt_s
@@ -116,7 +117,7 @@ def _advance(me: Record, routes: Floats, dt_s: float) -> None:
 
 @routine
 def begin_social_step(
-    people: Records, place: Place, robot: Record, force: SocialForce, reactions: Records,
+    people: Records, place: Place, robot: RobotRecord, force: SocialForce, reactions: Records,
     recording: Stretch, key: np.uint64, step: int, dt_s: float, work: Workspace, walkers: int,
 ) -> int:  # fmt: skip
     """Add and remove people, and load the social-force walkers into the workspace.
@@ -153,7 +154,7 @@ def begin_social_step(
 
 @routine
 def end_social_step(
-    people: Records, place: Place, robot: Record, dt_s: float, work: Workspace, walkers: int
+    people: Records, place: Place, robot: RobotRecord, dt_s: float, work: Workspace, walkers: int
 ) -> int:
     """Store the chosen velocities; ``walkers`` is the number of earlier walkers in the workspace.
 
@@ -173,7 +174,7 @@ def end_social_step(
 
 @scalar
 def social_step(
-    people: Records, place: Place, robot: Record, force: Record, reactions: Records,
+    people: Records, place: Place, robot: RobotRecord, force: SocialForce, reactions: Records,
     recording: Stretch, key: np.uint64, step: int, dt_s: float, work: Workspace,
 ) -> None:  # fmt: skip
     """Compute the velocity of every person of one world for the next social period.

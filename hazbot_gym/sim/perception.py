@@ -24,8 +24,9 @@ from hazbot_gym.core.state import (
     PRESENT,
     TRACK,
     Floats,
-    Record,
     Records,
+    RobotRecord,
+    TrackRecord,
     records,
 )
 from hazbot_gym.core.ultrasonic import (
@@ -89,7 +90,7 @@ def sensor_parameters(config: Config) -> SensorParameters:
 
 
 @scalar
-def echo(cone: Cone, robot: Record, people: Records, walls: Floats, p: Ultrasonic) -> float:
+def echo(cone: Cone, robot: RobotRecord, people: Records, walls: Floats, p: Ultrasonic) -> float:
     """Return the true distance of a sensor's first echo, at most its range [m]."""
     cos_miss = sin_cos(p.miss_angle_rad)[1] if p.miss_angle_rad < math.pi / 2 else 0.0
     x = robot.x + p.mount_radius_m * cone.axis_x
@@ -111,7 +112,7 @@ def echo(cone: Cone, robot: Record, people: Records, walls: Floats, p: Ultrasoni
 
 @routine
 def sense_ranges(
-    robot: Record, people: Records, walls: Floats, p: Ultrasonic, key: np.uint64, step: int,
+    robot: RobotRecord, people: Records, walls: Floats, p: Ultrasonic, key: np.uint64, step: int,
     ranges: Floats,
 ) -> None:  # fmt: skip
     """Write the four readings [m]; with sequential firing, one reading is updated per decision."""
@@ -149,7 +150,12 @@ def remember(people: Records, history: Records, step: int) -> None:
 
 @scalar
 def _is_seen(
-    seen: Record, distance: float, robot: Record, walls: Floats, t: TrackerParameters, u: float
+    seen: TrackRecord,
+    distance: float,
+    robot: RobotRecord,
+    walls: Floats,
+    t: TrackerParameters,
+    u: float,
 ) -> bool:
     """Return True if the tracker reports a person: in range, in line of sight, and not missed."""
     if seen.visible == 0 or t.is_privileged:
@@ -161,8 +167,8 @@ def _is_seen(
 
 @routine
 def track_people(
-    robot: Record, walls: Floats, history: Records, p: SensorParameters, key: np.uint64, step: int,
-    tracks: Records,
+    robot: RobotRecord, walls: Floats, history: Records, p: SensorParameters, key: np.uint64,
+    step: int, tracks: Records,
 ) -> None:  # fmt: skip
     """Write the tracker's report, from the oldest row of the history (its latency).
 

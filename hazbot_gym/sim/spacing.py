@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from hazbot_gym.core.geometry import may_be_near, nearest_on_segment, norm
 from hazbot_gym.core.jit import scalar
-from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, Place, Record, Records
+from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, PersonRecord, Place, Records, RobotRecord
 
 REACH_M = 1.0  # obstacles beyond this distance are out of reach within a social step
 ROBOT_MARGIN_M = 0.05  # clearance that people keep from the robot if possible
@@ -41,7 +41,7 @@ def hold_back(
 
 @scalar
 def keep_off_robot(
-    me: Record, robot: Record, vx: float, vy: float, dt_s: float, may_slide: bool
+    me: PersonRecord, robot: RobotRecord, vx: float, vy: float, dt_s: float, may_slide: bool
 ) -> tuple[float, float]:
     """Limit a person's velocity such that it does not reach the robot within the step."""
     dx, dy = robot.x - me.x, robot.y - me.y
@@ -53,7 +53,7 @@ def keep_off_robot(
 
 @scalar
 def _keep_off_all(
-    people: Records, i: int, place: Place, robot: Record, dt_s: float, may_slide: bool
+    people: Records, i: int, place: Place, robot: RobotRecord, dt_s: float, may_slide: bool
 ) -> bool:
     """Limit person i's velocity towards all obstacles in reach; return True if it changed."""
     me = people[i]
@@ -83,7 +83,7 @@ def _keep_off_all(
 
 
 @scalar
-def keep_apart(people: Records, i: int, place: Place, robot: Record, dt_s: float) -> None:
+def keep_apart(people: Records, i: int, place: Place, robot: RobotRecord, dt_s: float) -> None:
     """Limit person i's next velocity towards bodies and walls within the step.
 
     It slides along each obstacle in turn; if sliding leads into another obstacle, it slows down.

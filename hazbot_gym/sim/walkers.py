@@ -8,15 +8,25 @@ over lanes compile to vector instructions.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from hazbot_gym.core.geometry import may_be_near, nearest_on_segment, norm
 from hazbot_gym.core.jit import LANES, routine, scalar
 from hazbot_gym.core.noise import CROWD, uniform4, uniform_noise
 from hazbot_gym.core.social_force import Reaction, SocialForce, goal_force, wall_force
-from hazbot_gym.core.state import PRESENT, Floats, Place, Record, Records, records
+from hazbot_gym.core.state import (
+    PRESENT,
+    Floats,
+    Ints,
+    PersonRecord,
+    Place,
+    Records,
+    RobotRecord,
+    records,
+)
 from hazbot_gym.sim.spacing import keep_apart
 from hazbot_gym.sim.walking import (
     NEIGHBOUR_RANGE_M,
@@ -56,6 +66,53 @@ PUSHES = np.dtype(
 )
 
 
+class WalkersRecord(Protocol):
+    """One element of an array of ``WALKERS``; all fields are arrays over lanes."""
+
+    vx: Floats
+    vy: Floats
+    ex: Floats
+    ey: Floats
+    radius: Floats
+    desired_speed: Floats
+    robot_x: Floats
+    robot_y: Floats
+    robot_vx: Floats
+    robot_vy: Floats
+    gain: Floats
+    range_m: Floats
+    attraction_mps2: Floats
+    key: npt.NDArray[np.uint64]
+    step: Ints
+    person: Ints
+    ax: Floats
+    ay: Floats
+    next_vx: Floats
+    next_vy: Floats
+    blocked: Floats
+
+
+class PushesRecord(Protocol):
+    """One element of an array of ``PUSHES``; all fields but the count are arrays over lanes."""
+
+    count: int
+    walker: Ints
+    x: Floats
+    y: Floats
+    vx: Floats
+    vy: Floats
+    reach: Floats
+    ex: Floats
+    ey: Floats
+    is_head_on: Floats
+    x1: Floats
+    y1: Floats
+    x2: Floats
+    y2: Floats
+    fx: Floats
+    fy: Floats
+
+
 BY_PEOPLE, BY_WALLS = 0, 1  # source of the force
 
 
@@ -77,8 +134,9 @@ def make_workspace(walkers: int) -> Workspace:
 
 @scalar
 def take_up(
-    work: Workspace, w: int, people: Records, i: int, place: Place, robot: Record, robot_vx: float,
-    robot_vy: float, force: SocialForce, reaction: Reaction, key: np.uint64, step: int,
+    work: Workspace, w: int, people: Records, i: int, place: Place, robot: RobotRecord,
+    robot_vx: float, robot_vy: float, force: SocialForce, reaction: Reaction, key: np.uint64,
+    step: int,
 ) -> None:  # fmt: skip
     """Load person i as walker w, and collect its neighbours and walls.
 
@@ -134,7 +192,9 @@ def _note_people(work: Workspace, w: int, people: Records, i: int, force: Social
 
 
 @scalar
-def _note_walls(work: Workspace, w: int, me: Record, walls: Floats, force: SocialForce) -> None:
+def _note_walls(
+    work: Workspace, w: int, me: PersonRecord, walls: Floats, force: SocialForce
+) -> None:
     """Collect the walls near walker w."""
     pushes, reach = work.pushes[BY_WALLS], me.radius + WALL_REACH * force.wall_range_m
     for i in range(walls.shape[0]):
@@ -153,7 +213,7 @@ def _note_walls(work: Workspace, w: int, me: Record, walls: Floats, force: Socia
 
 
 @scalar
-def force_values(force: Record) -> SocialForce:
+def force_values(force: SocialForce) -> SocialForce:
     """Return the constants as values, which the compiler can keep in registers."""
     return SocialForce(
         force.relaxation_time_s, force.typical_speed_mps, force.speed_limit_ratio,
@@ -194,7 +254,7 @@ def push_by_walls(work: Workspace, force: SocialForce) -> None:
 
 
 @scalar
-def _add_up(pushes: Record, source: int, walkers: Records) -> None:
+def _add_up(pushes: PushesRecord, source: int, walkers: Records) -> None:
     for k in range(pushes.count):
         w = pushes.walker[k]
         walkers[w // LANES].ax[source, w % LANES] += pushes.fx[k]
@@ -215,7 +275,7 @@ def walk(work: Workspace, count: int, force: SocialForce, dt_s: float) -> None:
 
 
 @scalar
-def _choose(c: Record, force: SocialForce, dt_s: float) -> None:
+def _choose(c: WalkersRecord, force: SocialForce, dt_s: float) -> None:
     for k in range(LANES):
         u1, u2, _, _ = uniform4(c.key[k], CROWD, c.step[k], c.person[k])
         c.next_vx[k] = force.jitter_mps2 * uniform_noise(u1)
@@ -244,7 +304,7 @@ def _choose(c: Record, force: SocialForce, dt_s: float) -> None:
 
 @scalar
 def put_down(
-    work: Workspace, w: int, people: Records, i: int, place: Place, robot: Record, dt_s: float
+    work: Workspace, w: int, people: Records, i: int, place: Place, robot: RobotRecord, dt_s: float
 ) -> None:
     """Store walker w's velocity to person i, limited towards obstacles."""
     me, lane, chunk = people[i], w % LANES, work.walkers[w // LANES]

@@ -19,7 +19,7 @@ from hazbot_gym.core.social_force import (
     sidestep_force,
     view_weight,
 )
-from hazbot_gym.core.state import ROBOT_RADIUS_M, Floats, Record
+from hazbot_gym.core.state import ROBOT_RADIUS_M, Floats, PersonRecord
 
 LOOK_AHEAD_M = 1.0  # look-ahead distance on the lane
 SIDESTEP_LENGTH_M = 1.5  # distance of a scripted lane change
@@ -33,7 +33,7 @@ NEIGHBOUR_RANGE_M, RECEDING_RANGE_M = 5.0, 3.0
 
 
 @scalar
-def lane_offset(person: Record, s: float) -> float:
+def lane_offset(person: PersonRecord, s: float) -> float:
     """Return the lateral offset of a walker's lane at arc length s, with smooth lane changes."""
     t = 1.0 + (s - person.sidestep_s) / SIDESTEP_LENGTH_M
     if t <= 0.0:
@@ -44,7 +44,7 @@ def lane_offset(person: Record, s: float) -> float:
 
 
 @scalar
-def lane_point(routes: Floats, person: Record, s: float) -> tuple[float, float]:
+def lane_point(routes: Floats, person: PersonRecord, s: float) -> tuple[float, float]:
     """Return the point of a walker's lane at arc length s."""
     x, y, tx, ty = route_pose(routes, person.route, s)
     offset = lane_offset(person, s)
@@ -52,7 +52,7 @@ def lane_point(routes: Floats, person: Record, s: float) -> tuple[float, float]:
 
 
 @scalar
-def walking_direction(me: Record, routes: Floats) -> tuple[float, float]:
+def walking_direction(me: PersonRecord, routes: Floats) -> tuple[float, float]:
     """Return the unit vector e to a walker's target point ahead on its lane."""
     x, y = lane_point(routes, me, me.s + LOOK_AHEAD_M)
     per_m = 1.0 / max(norm(x - me.x, y - me.y), 1e-6)

@@ -22,7 +22,7 @@ _COMPARED = (
 )
 
 
-def answer(summary: Mapping[str, Any], study: StudyConfig) -> str:
+def answer(summary: Mapping[str, object], study: StudyConfig) -> str:
     """Return the sentence that a study's summary supports."""
     best = _best_learned(summary, study)
     if best is None:

@@ -8,7 +8,7 @@ of a split, or a single set. Values are literal numbers and do not follow the de
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from hazbot_gym.config import merge
 from hazbot_gym.core.state import PATTERN_NAMES
@@ -37,7 +37,7 @@ class BankSet(NamedTuple):
 
     name: str
     env: str
-    overrides: Mapping[str, Any]
+    overrides: Mapping[str, object]
     episodes: int
     seed: int = ROOT
 
@@ -53,15 +53,15 @@ class Group(NamedTuple):
 
     meaning: str
     episodes: int
-    sets: Mapping[str, tuple[str, Mapping[str, Any]]]
+    sets: Mapping[str, tuple[str, Mapping[str, object]]]
 
 
-def _in(presets: Iterable[str], **overrides: Any) -> dict[str, tuple[str, Mapping[str, Any]]]:
+def _in(presets: Iterable[str], **overrides: object) -> dict[str, tuple[str, Mapping[str, object]]]:
     """Return sets of presets with the same config overrides, under the presets' names."""
     return {preset: (preset, overrides) for preset in presets}
 
 
-def _pair(first: str, second: str) -> tuple[str, Mapping[str, Any]]:
+def _pair(first: str, second: str) -> tuple[str, Mapping[str, object]]:
     """Return a set in which the first person has one pattern and all others a second pattern."""
     mix = [float(pattern == second) for pattern in PATTERNS]
     return first, {"people": {"count": [2, 4], "mix": mix}}
@@ -106,7 +106,7 @@ def size(group: Group) -> str:
     return f"{len(group.sets)} x {group.episodes}"
 
 
-def select(name: str, overrides: Mapping[str, Any] | None = None) -> list[dict[str, Any]]:
+def select(name: str, overrides: Mapping[str, object] | None = None) -> list[dict[str, object]]:
     """Return the sets of a split, a group or a name, as fields of ``config.ScenarioSet``.
 
     Args:

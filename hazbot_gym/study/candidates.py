@@ -12,7 +12,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rich.console import Console
 
@@ -43,8 +43,8 @@ class Entrant(NamedTuple):
 class Job(NamedTuple):
     """Preparatory job of a study; a picklable function with arguments."""
 
-    run: Callable[..., Any]
-    arguments: tuple[Any, ...]
+    run: Callable[..., object]
+    arguments: tuple[object, ...]
 
 
 def check(study: StudyConfig, allowed: Permissions = NO_CODE) -> None:

@@ -57,7 +57,7 @@ class Learner(Section):
     config: Annotated[Path, Loose]  # training file; relative to the study file
     seeds: Annotated[int, Ge(1), Le(1000)] = 10  # consecutive seeds from the file's seed
     steps: Steps | None = None  # total decisions; None: as in the file
-    changes: dict[str, Any] = Field(default_factory=dict)  # overrides of the file, by section
+    changes: dict[str, object] = Field(default_factory=dict)  # overrides of the file, by section
 
     @field_validator("name")
     @classmethod
@@ -135,7 +135,7 @@ class StudyConfig(Section):
 
     @field_validator("sets", mode="before")
     @classmethod
-    def _names_stand_for_sets(cls, sets: Any) -> Any:
+    def _names_stand_for_sets(cls, sets: object) -> Any:
         if isinstance(sets, str):
             sets = [sets]
         if not isinstance(sets, list | tuple):
@@ -144,7 +144,7 @@ class StudyConfig(Section):
 
     @field_validator("policies", "sets")
     @classmethod
-    def _no_two_are_alike(cls, items: tuple[Any, ...]) -> tuple[Any, ...]:
+    def _no_two_are_alike(cls, items: tuple[object, ...]) -> tuple[Any, ...]:
         names = [getattr(item, "name", item) for item in items]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
@@ -216,7 +216,7 @@ class StudyConfig(Section):
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def _sets_meant_by(item: Any) -> Sequence[Any]:
+def _sets_meant_by(item: object) -> Sequence[object]:
     """Expand a name in ``sets`` to its sets; other entries are returned as they are."""
     if isinstance(item, Mapping) and "bank" in item:
         overrides = item.get("overrides", {})
@@ -234,7 +234,7 @@ def _sets_meant_by(item: Any) -> Sequence[Any]:
     return found
 
 
-def load_study(path: Path | str | None = None, **changes: Any) -> StudyConfig:
+def load_study(path: Path | str | None = None, **changes: object) -> StudyConfig:
     """Return the default study with a file's deltas and then the given changes applied.
 
     Raises:
@@ -295,7 +295,7 @@ def _check_parts(study: StudyConfig) -> None:
             raise InvalidInput(f"fronts.groups.{group}: given {unknown!r}, allowed are {allowed}")
 
 
-def _beside(study: Path, learners: Any) -> Any:
+def _beside(study: Path, learners: object) -> object:
     """Return a study file's learners, with training files resolved relative to it."""
     if not isinstance(learners, list | tuple):
         return learners

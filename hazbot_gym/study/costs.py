@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from hazbot_gym.utils import files
 
@@ -41,7 +41,7 @@ class Training(NamedTuple):
 class Costs(NamedTuple):
     """Costs of a study: its sessions, and the training of its learners."""
 
-    sessions: list[dict[str, Any]]
+    sessions: list[dict[str, object]]
     trainings: list[Training]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 def summarise_fronts(
     rows: pd.DataFrame, fronts: Fronts, *, resamples: int, confidence: float, seed: int
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Return each family's points and hypervolume, and its difference from the first family's.
 
     Args:
@@ -67,7 +67,7 @@ def _scores(rows: pd.DataFrame, seeds: int) -> tuple[Floats, Floats]:
     return time_ratio, intrusion
 
 
-def _points(policies: Sequence[str], front: Front, confidence: float) -> list[dict[str, Any]]:
+def _points(policies: Sequence[str], front: Front, confidence: float) -> list[dict[str, object]]:
     """Return the score of each policy of a family, and whether it is Pareto-optimal within it."""
     scores = [
         [

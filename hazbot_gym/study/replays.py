@@ -279,7 +279,7 @@ class _SideBySide:
         state: Any = None,
         episode_start: npt.NDArray[np.bool_] | None = None,
         deterministic: bool = True,
-    ) -> tuple[Actions, list[Any]]:
+    ) -> tuple[Actions, list[object]]:
         """Return the actions of all worlds, and each policy's inner state."""
         actions, states = [], []
         for i, policy in enumerate(self._policies):

@@ -86,7 +86,7 @@ def run_study(
 def _run_study(
     study: StudyConfig,
     out: Path,
-    about: dict[str, Any],
+    about: dict[str, object],
     workers: int,
     console: Console,
     command: str,
@@ -183,7 +183,7 @@ def plan_yardstick(
             yield Shard(stretch, path, stamps.of(values, scenarios, *specs))
 
 
-def rehearse(study: StudyConfig, allowed: Permissions = NO_CODE) -> dict[str, Any]:
+def rehearse(study: StudyConfig, allowed: Permissions = NO_CODE) -> dict[str, object]:
     """Test every policy in every set, so that invalid input fails before any work.
 
     This also compiles the kernels once, before the workers load them from the cache.
@@ -204,7 +204,7 @@ def rehearse(study: StudyConfig, allowed: Permissions = NO_CODE) -> dict[str, An
     }
 
 
-def manifest(study: StudyConfig, environments: dict[str, Any]) -> dict[str, Any]:
+def manifest(study: StudyConfig, environments: dict[str, object]) -> dict[str, object]:
     """Return the provenance of a study."""
     return {
         "study": study.identity(),

@@ -6,7 +6,6 @@ import hashlib
 import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation.inputs import digests, last_change, mark, of_policy, of_set
@@ -64,7 +63,7 @@ class Stamps:
         found = digests(states)
         self._watched |= {str(path): (found[str(path)], states[path]) for path in states}
 
-    def of(self, values: Mapping[str, Any], scenarios: ScenarioSet, *specs: str) -> str:
+    def of(self, values: Mapping[str, object], scenarios: ScenarioSet, *specs: str) -> str:
         """Return the stamp of some values, a set and policies."""
         parts: list[object] = [self._common, values, scenarios.model_dump(mode="json")]
         parts += [self._environments[scenarios.name], [self._policy(spec) for spec in specs]]

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.utils import files
@@ -59,7 +59,7 @@ def claim(folder: Path, identity: str) -> None:
         )
 
 
-def write_rows(path: Path, rows: Sequence[Mapping[str, Any]], stamp: str) -> None:
+def write_rows(path: Path, rows: Sequence[Mapping[str, object]], stamp: str) -> None:
     """Write rows as parquet with a checksum and a stamp."""
     table = pa.Table.from_pylist(list(rows))
     _write(path, table.replace_schema_metadata({_STAMP: stamp.encode()}))

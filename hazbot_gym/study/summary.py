@@ -164,7 +164,7 @@ def _summarise_policy(
     reference: pd.DataFrame,
     pairs: CrossedDraws,
     confidence: float,
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Return a policy's results in a set, and its paired differences from the reference."""
     returns = _scores(rows, ["return"])[0]
     middle = crossed_estimate(
@@ -212,7 +212,9 @@ def _compare(
     }
 
 
-def _gain(ours: Floats, theirs: Floats, draws: CrossedDraws, confidence: float) -> dict[str, Any]:
+def _gain(
+    ours: Floats, theirs: Floats, draws: CrossedDraws, confidence: float
+) -> dict[str, object]:
     """Return the gain in return, and the probability of improvement."""
     both = np.stack([differences(ours, theirs), improvements(ours, theirs)])
     gain, more = crossed_estimates(both, draws, confidence=confidence)
@@ -255,7 +257,9 @@ def _correct(results: Summary, reference: str) -> None:
 
 
 def _estimates(
-    columns: Mapping[str, npt.NDArray[Any]] | pd.DataFrame, draws: CrossedDraws, confidence: float
+    columns: Mapping[str, npt.NDArray[np.generic]] | pd.DataFrame,
+    draws: CrossedDraws,
+    confidence: float,
 ) -> dict[str, dict[str, float | None]]:
     """Return the estimate of every metric column, without the labels."""
     values = {name: np.asarray(columns[name]) for name in columns}
@@ -293,7 +297,7 @@ def _plain(estimate: Estimate) -> dict[str, float | None]:
     return {name: _rounded(value) for name, value in estimate._asdict().items()}
 
 
-def _all_plain(content: Any) -> Any:
+def _all_plain(content: object) -> Any:
     """Return nested results with every estimate and number as JSON values."""
     if isinstance(content, Estimate):
         return _plain(content)

@@ -36,7 +36,7 @@ AT_A_BOUND = 0.02  # share of a range within which the best value counts as at i
 Record = dict[str, Any]
 
 
-def validation(overrides: Mapping[str, Any] | None = None) -> tuple[ScenarioSet, ...]:
+def validation(overrides: Mapping[str, object] | None = None) -> tuple[ScenarioSet, ...]:
     """Return the bank's validation sets, with optional overrides."""
     found = bank_sets.select("validation", overrides)
     return tuple(ScenarioSet.model_validate(each) for each in found)
@@ -99,13 +99,13 @@ def _space_of(family: str) -> Space:
     return SPACES[family]
 
 
-def _defaults(family: str) -> dict[str, Any]:
+def _defaults(family: str) -> dict[str, object]:
     """Return the default values of the tunable options."""
     fields = {each.name: each.default for each in dataclasses.fields(base.factory_of(family))}
     return {name: _as_text(fields[name]) for name in SPACES[family]}
 
 
-def _as_text(value: Any) -> Any:
+def _as_text(value: object) -> Any:
     return str(value).lower() if isinstance(value, bool) else value
 
 
@@ -118,7 +118,7 @@ def _distributions(space: Space) -> dict[str, Any]:
     }
 
 
-def _next_options(space: Space, trials: list[Record], seed: int) -> dict[str, Any]:
+def _next_options(space: Space, trials: list[Record], seed: int) -> dict[str, object]:
     """Return the next trial's options, a pure function of the previous trials and the seed."""
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     with warnings.catch_warnings():  # optuna < 5 warns about multivariate sampling

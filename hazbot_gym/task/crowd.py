@@ -34,8 +34,8 @@ from hazbot_gym.core.state import (
     WAITING,
     Floats,
     Ints,
+    PersonRecord,
     Place,
-    Record,
     Records,
 )
 from hazbot_gym.errors import InvalidInput
@@ -134,7 +134,9 @@ def _choose_route(kinds: Ints, kind: int, u: float) -> int:
 
 
 @scalar
-def _start_on_route(me: Record, place: Place, pattern: int, crowd: Crowd, u_when: float) -> float:
+def _start_on_route(
+    me: PersonRecord, place: Place, pattern: int, crowd: Crowd, u_when: float
+) -> float:
     """Return the arc length on its route where a person would be at time zero (may be negative)."""
     on_path, on_route = place.route_anchors[me.route, 0], place.route_anchors[me.route, 1]
     if pattern == LEADING:
@@ -155,7 +157,7 @@ def _start_on_route(me: Record, place: Place, pattern: int, crowd: Crowd, u_when
 
 
 @scalar
-def _lane(me: Record, pattern: int, room: float, u: float, is_scripted: bool) -> None:
+def _lane(me: PersonRecord, pattern: int, room: float, u: float, is_scripted: bool) -> None:
     """Choose a person's lateral offset, and where it steps aside to."""
     side = 1.0 if u < 0.5 else -1.0
     spread = abs(2.0 * u - 1.0)  # uniform in [0, 1], whatever the side
@@ -172,7 +174,7 @@ def _lane(me: Record, pattern: int, room: float, u: float, is_scripted: bool) ->
 
 
 @scalar
-def _place_at(me: Record, place: Place, s: float) -> None:
+def _place_at(me: PersonRecord, place: Place, s: float) -> None:
     """Put a person on its lane at arc length s of its route, walking; before it begins, waiting."""
     me.status = PRESENT if s >= 0.0 else WAITING
     me.enters_s = max(-s / me.desired_speed, 0.0)

@@ -17,7 +17,15 @@ import numpy.typing as npt
 from hazbot_gym.core.geometry import clip, norm, path_length, path_pose
 from hazbot_gym.core.jit import lean_kernel, routine, scalar
 from hazbot_gym.core.patterns import closest_approach
-from hazbot_gym.core.state import CONFRONTING, CROSSING, PATTERN_NAMES, Floats, Record, Records
+from hazbot_gym.core.state import (
+    CONFRONTING,
+    CROSSING,
+    PATTERN_NAMES,
+    Floats,
+    Records,
+    RobotRecord,
+    TrackRecord,
+)
 from hazbot_gym.core.ultrasonic import SENSOR_NAMES
 from hazbot_gym.errors import InvalidInput
 
@@ -160,7 +168,7 @@ def _put(out: npt.NDArray[np.float32], i: int, value: float) -> int:
 
 
 @scalar
-def _next_nearest(tracks: Records, robot: Record, beyond: float, last: int) -> int:
+def _next_nearest(tracks: Records, robot: RobotRecord, beyond: float, last: int) -> int:
     """Return the visible track next in nearness to (distance ``beyond``, index ``last``), or -1."""
     best, best_distance = -1, math.inf
     for k in range(tracks.shape[0]):
@@ -174,7 +182,9 @@ def _next_nearest(tracks: Records, robot: Record, beyond: float, last: int) -> i
 
 
 @scalar
-def _put_person(out: npt.NDArray[np.float32], i: int, track: Record, robot: Record) -> int:
+def _put_person(
+    out: npt.NDArray[np.float32], i: int, track: TrackRecord, robot: RobotRecord
+) -> int:
     """Write the fields of one tracked person from entry i on."""
     dx, dy = track.x - robot.x, track.y - robot.y
     cos_t, sin_t = math.cos(robot.theta), math.sin(robot.theta)
@@ -204,7 +214,7 @@ def _put_nobody(out: npt.NDArray[np.float32], i: int) -> int:
 
 @routine
 def encode(
-    robot: Record, path: Records, ranges: Floats, tracks: Records, out: npt.NDArray[np.float32]
+    robot: RobotRecord, path: Records, ranges: Floats, tracks: Records, out: npt.NDArray[np.float32]
 ) -> None:
     """Write the observation; its length tells whether the person fields are wanted.
 

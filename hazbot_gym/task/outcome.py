@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from hazbot_gym.core.geometry import norm, path_length
 from hazbot_gym.core.jit import scalar
-from hazbot_gym.core.state import WALL, Record, Records
+from hazbot_gym.core.state import WALL, PersonRecord, Records, RobotRecord
 
 RUNNING, ARRIVED, CONTACT_PERSON, CONTACT_WALL, TIMEOUT = range(5)
 OUTCOME_NAMES = ("running", "arrived", "contact_person", "contact_wall", "timeout")
@@ -30,6 +30,18 @@ DECISION = np.dtype(
 )
 
 
+class DecisionRecord(Protocol):
+    """One element of an array of ``DECISION``."""
+
+    advance: float
+    command_change: float
+    nominal_speed_mps: float
+    outcome: int
+    cause: int
+    speed_mps: float
+    time_left: float
+
+
 class Rules(NamedTuple):
     """When an episode ends."""
 
@@ -42,7 +54,7 @@ MOVING_MPS = 0.05  # a slower robot stands (EVALUATION metric 2)
 
 
 @scalar
-def contact_cause(robot: Record, person: Record) -> tuple[int, float]:
+def contact_cause(robot: RobotRecord, person: PersonRecord) -> tuple[int, float]:
     """Return who caused a contact, and the relative speed at it [m/s] (EVALUATION metrics 2 and 4).
 
     Robot-caused if the robot moves, and closes the distance at least as fast as the person does.
@@ -59,8 +71,8 @@ def contact_cause(robot: Record, person: Record) -> tuple[int, float]:
 
 @scalar
 def settle(
-    decision: Record, robot: Record, people: Records, path: Records, contact: int, steps: int,
-    rules: Rules,
+    decision: DecisionRecord, robot: RobotRecord, people: Records, path: Records, contact: int,
+    steps: int, rules: Rules,
 ) -> None:  # fmt: skip
     """Write how the episode stands after a decision.
 

@@ -23,13 +23,14 @@ import math
 from hazbot_gym.core.geometry import clip, norm
 from hazbot_gym.core.jit import lean_kernel, scalar
 from hazbot_gym.core.proxemics import intrusion_depth
-from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, Floats, Record, Records
+from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, Floats, Records, RobotRecord
 from hazbot_gym.task.outcome import (
     ARRIVED,
     BY_PERSON,
     BY_ROBOT,
     CONTACT_PERSON,
     CONTACT_WALL,
+    DecisionRecord,
     settle,
 )
 
@@ -43,7 +44,7 @@ PERSON_CAUSED_SHARE = 0.2  # what the robot is charged for a contact that a pers
 
 
 @scalar
-def nearest_clearance(robot: Record, people: Records) -> float:
+def nearest_clearance(robot: RobotRecord, people: Records) -> float:
     """Return the clearance to the nearest person, infinite where nobody is [m]."""
     nearest = math.inf
     for i in range(people.shape[0]):
@@ -54,7 +55,7 @@ def nearest_clearance(robot: Record, people: Records) -> float:
 
 
 @scalar
-def intrusion(robot: Record, people: Records, nominal_speed_mps: float) -> float:
+def intrusion(robot: RobotRecord, people: Records, nominal_speed_mps: float) -> float:
     """Return the deepest intrusion, scaled by the robot's own motion, in [0, 1].
 
     Waiting beside a passing person is free; driving beside one is not (EVALUATION metric 14:
@@ -65,7 +66,7 @@ def intrusion(robot: Record, people: Records, nominal_speed_mps: float) -> float
 
 
 @scalar
-def tracking_error(robot: Record) -> float:
+def tracking_error(robot: RobotRecord) -> float:
     """Return the squared cross-track and heading error in units of what is tolerable, at most 1."""
     error = (robot.y_e / CROSS_TRACK_M) ** 2 + (robot.theta_e / HEADING_RAD) ** 2
     return min(float(error), 1.0)
@@ -89,7 +90,9 @@ def contact_severity(cause: int, speed_mps: float) -> float:
 
 
 @scalar
-def reward_terms(robot: Record, people: Records, decision: Record, out: Floats) -> None:
+def reward_terms(
+    robot: RobotRecord, people: Records, decision: DecisionRecord, out: Floats
+) -> None:
     """Write the unweighted terms of one decision.
 
     Args:

@@ -71,7 +71,7 @@ class TrainConfig(Section):
 
     algorithm: Algorithm = "ppo"
     env: SomeNames = (f"{NAMESPACE}/Corridor-v0",)
-    overrides: dict[str, Any] = Field(default_factory=dict)  # of the environments' config
+    overrides: dict[str, object] = Field(default_factory=dict)  # of the environments' config
     worlds: Annotated[int, Ge(1), Le(100_000)] = (
         512  # parallel worlds, split among the environments
     )
@@ -89,12 +89,12 @@ class TrainConfig(Section):
     learning_rate: Annotated[float, Gt(0)] = 1e-3  # of bc and dagger ``imitation.learning_rate``
     final_learning_rate: Annotated[float, Ge(0)] = 0.0  # reached linearly
     options: dict[str, Any] = Field(default_factory=dict)
-    network: dict[str, Any] = Field(default_factory=dict)
+    network: dict[str, object] = Field(default_factory=dict)
     validation: Validation = Validation()
 
     @field_validator("env", mode="before")
     @classmethod
-    def _one_or_several(cls, env: Any) -> Any:
+    def _one_or_several(cls, env: object) -> Any:
         given = [env] if isinstance(env, str) else env
         return [full_id(each) for each in given] if isinstance(given, list | tuple) else given
 
@@ -110,7 +110,7 @@ class TrainConfig(Section):
 
     @field_validator("timed_critic", "lagrangian")
     @classmethod
-    def _is_for_ppo(cls, value: Any, info: ValidationInfo) -> Any:
+    def _is_for_ppo(cls, value: object, info: ValidationInfo) -> object:
         algorithm = info.data.get("algorithm")
         if value and algorithm != "ppo":
             raise ValueError(f"given with algorithm {algorithm!r}, allowed is 'ppo'")
@@ -118,7 +118,7 @@ class TrainConfig(Section):
 
     @field_validator("residual")
     @classmethod
-    def _starts_at_its_base(cls, value: Any, info: ValidationInfo) -> Any:
+    def _starts_at_its_base(cls, value: object, info: ValidationInfo) -> object:
         algorithm = info.data.get("algorithm")
         if value and algorithm not in ("ppo", "recurrent_ppo"):
             raise ValueError(
@@ -153,12 +153,12 @@ class TrainConfig(Section):
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def _environment(env: str, overrides: dict[str, Any]) -> Config:
+def _environment(env: str, overrides: dict[str, object]) -> Config:
     config, _ = rollout.resolve(ScenarioSet(name=env, env=env, overrides=overrides))
     return config
 
 
-def load_training(path: Path | str | None = None, **changes: Any) -> TrainConfig:
+def load_training(path: Path | str | None = None, **changes: object) -> TrainConfig:
     """Return the default run with a file's deltas and then the given changes applied.
 
     Raises:

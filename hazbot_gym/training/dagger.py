@@ -145,5 +145,5 @@ class DAgger(BaseAlgorithm):
 class BC(DAgger):
     """Behaviour cloning: the teacher drives in every round."""
 
-    def __init__(self, policy: Any, env: TrainingEnvs, **options: Any) -> None:
+    def __init__(self, policy: object, env: TrainingEnvs, **options: Any) -> None:
         super().__init__(policy, env, beta=1.0, **options)

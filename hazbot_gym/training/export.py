@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.actor_file import Trained, card, describe, write
@@ -14,14 +13,14 @@ from hazbot_gym.utils.files import write_bytes, write_text
 
 
 def export_model(
-    model: Any,
+    model: object,
     path: Path,
     *,
     tier: str,
-    normalize: Any = None,
-    residual: Mapping[str, Any] | None = None,
-    training: Mapping[str, Any] | None = None,
-    results: Mapping[str, Any] | None = None,
+    normalize: object = None,
+    residual: Mapping[str, object] | None = None,
+    training: Mapping[str, object] | None = None,
+    results: Mapping[str, object] | None = None,
     overwrite: bool = False,
 ) -> Trained:
     """Export the actor of a Stable-Baselines3 model.

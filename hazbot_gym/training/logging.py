@@ -8,13 +8,13 @@ import time
 from collections import Counter, deque
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn
 from stable_baselines3.common.callbacks import BaseCallback
 
+from hazbot_gym.envs.arguments import Info
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.outcome import OUTCOME_NAMES
 from hazbot_gym.task.reward import TERMS
@@ -66,7 +66,7 @@ class EpisodeLog(BaseCallback):
     """
 
     def _on_training_start(self) -> None:
-        self._ended: list[dict[str, Any]] = []
+        self._ended: list[Info] = []
         self._recent: deque[dict[str, float]] = deque(maxlen=USUAL_EPISODES)
         self._started_at, self._started = self.model.num_timesteps, time.perf_counter()
         self._logged_at = self.model.num_timesteps

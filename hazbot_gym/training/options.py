@@ -34,7 +34,7 @@ MOST_UNITS = 8192  # units of a layer; two such layers have 67 million weights
 UNITS = {"net_arch", "lstm_hidden_size"}
 
 
-def check_options(options: Mapping[str, Any], kind: type, what: str) -> None:
+def check_options(options: Mapping[str, object], kind: type, what: str) -> None:
     """Reject options that a class's constructor does not accept.
 
     Args:
@@ -69,7 +69,7 @@ def _parameters(kind: type) -> Iterator[inspect.Parameter]:
             return
 
 
-def _check_type(value: Any, annotation: Any, field: str) -> None:
+def _check_type(value: object, annotation: Any, field: str) -> None:
     # JSON mode accepts a list for a tuple, while numbers stay strict.
     config = ConfigDict(strict=True, arbitrary_types_allowed=True, allow_inf_nan=False)
     try:
@@ -80,7 +80,7 @@ def _check_type(value: Any, annotation: Any, field: str) -> None:
         raise InvalidInput(f"{field}: given {value!r}, {reason[0].lower()}{reason[1:]}") from error
 
 
-def _check_size(value: Any, name: str, field: str, *, counts: bool) -> None:
+def _check_size(value: object, name: str, field: str, *, counts: bool) -> None:
     if isinstance(value, dict | list):
         for each in value.values() if isinstance(value, dict) else value:
             _check_size(each, name, field, counts=counts)

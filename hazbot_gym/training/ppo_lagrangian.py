@@ -26,6 +26,7 @@ import numpy.typing as npt
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecEnvWrapper
 
+from hazbot_gym.envs.arguments import Info
 from hazbot_gym.training.config import Lagrangian
 from hazbot_gym.training.vec_envs import TrainingEnvs
 
@@ -57,7 +58,7 @@ class PenalizedEnvs(VecEnvWrapper):
         """Start new episodes everywhere."""
         return self.venv.reset()
 
-    def step_wait(self) -> tuple[Any, npt.NDArray[np.float32], Any, list[dict[str, Any]]]:
+    def step_wait(self) -> tuple[Any, npt.NDArray[np.float32], Any, list[Info]]:
         """Take one decision in every world."""
         observations, rewards, dones, infos = self.venv.step_wait()
         costs = np.array([info["cost"] for info in infos], np.float32)
@@ -98,6 +99,6 @@ class PPOLagrangian(PPO):
         self.logger.record("lagrangian/multiplier", self.multiplier[0])
         super().train()
 
-    def _update_info_buffer(self, infos: list[dict[str, Any]], dones: Any = None) -> None:
+    def _update_info_buffer(self, infos: list[Info], dones: Any = None) -> None:
         super()._update_info_buffer(infos, dones)
         self.ended += [infos[i]["episode"]["cost"] for i in np.flatnonzero(dones)]

@@ -110,7 +110,7 @@ def train(
         return _run(config, stretches, model, teacher, resume=resume)
 
 
-def make_all(config: TrainConfig, allowed: Permissions = NO_CODE) -> tuple[Any, Any]:
+def make_all(config: TrainConfig, allowed: Permissions = NO_CODE) -> tuple[object, object]:
     """Return the model of a run in its environments, and its teacher, if any.
 
     Raises:
@@ -150,7 +150,7 @@ def _run(
     return Result(model, stretches.best(), stretches.policy_path)
 
 
-def manifest(config: TrainConfig) -> dict[str, Any]:
+def manifest(config: TrainConfig) -> dict[str, object]:
     """Return the provenance of a run's policy."""
     return {
         "run": config.identity(),
@@ -274,7 +274,7 @@ class Stretches(BaseCallback):
             overwrite=True,
         )
 
-    def _result(self, model: BaseAlgorithm) -> dict[str, Any]:
+    def _result(self, model: BaseAlgorithm) -> dict[str, object]:
         return {
             "run": self.config.identity(),
             "steps": model.num_timesteps,

@@ -18,6 +18,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv
 
 from hazbot_gym.config import Config
 from hazbot_gym.core.state import Floats
+from hazbot_gym.envs.arguments import Info
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.sb3 import CorridorVecEnv
 from hazbot_gym.errors import InvalidInput
@@ -75,12 +76,12 @@ class TrainingEnvs(VecEnv):
         self._free_s[:] = [info["time_free_s"] for info in self.reset_infos]
         return self._observed(parts)
 
-    def step_async(self, actions: npt.NDArray[Any]) -> None:
+    def step_async(self, actions: npt.NDArray[np.generic]) -> None:
         """Send the actions."""
         for part, own in zip(self.parts, self.slices, strict=True):
             part.step_async(actions[own])
 
-    def step_wait(self) -> tuple[npt.NDArray[np.float32], Any, Any, list[dict[str, Any]]]:
+    def step_wait(self) -> tuple[npt.NDArray[np.float32], Any, Any, list[Info]]:
         """Take one decision in every world."""
         potential = self._potential()
         steps = [part.step_wait() for part in self.parts]
@@ -117,7 +118,7 @@ class TrainingEnvs(VecEnv):
         path = self._free_s / self._decision_s
         return self._free_drive.potential(path, self._sums[:, PROGRESS], self._sums[:, -1])
 
-    def _add_up(self, rewards: Floats, infos: list[list[dict[str, Any]]]) -> None:
+    def _add_up(self, rewards: Floats, infos: list[list[Info]]) -> None:
         """Add a decision to the sums of the running episodes."""
         for part, own, told in zip(self.parts, self.slices, infos, strict=True):
             terms, costs = _decision_of(part, told)
@@ -145,11 +146,13 @@ class TrainingEnvs(VecEnv):
         found = [value for part in self.parts for value in part.get_attr(attr_name)]
         return [found[i] for i in self._get_indices(indices)]
 
-    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+    def set_attr(self, attr_name: str, value: object, indices: object = None) -> None:
         """Not supported: environments of a run are immutable."""
         raise InvalidInput(f"set_attr: given {attr_name!r}, a run's environments are not changed")
 
-    def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> Any:
+    def env_method(
+        self, method_name: str, *args: object, indices: object = None, **kwargs: object
+    ) -> Any:
         """Not supported: batched worlds have no individual methods."""
         raise InvalidInput(f"env_method: given {method_name!r}, worlds are not called one by one")
 
@@ -180,7 +183,7 @@ def require_speeds(envs: VecEnv, key: str) -> None:
         raise InvalidInput(f"{key}: given action_type 'discrete', allowed is 'continuous'")
 
 
-def _with_time(space: gymnasium.Space[Any]) -> gymnasium.spaces.Box:
+def _with_time(space: gymnasium.Space[object]) -> gymnasium.spaces.Box:
     """Return the observation space with the share of time left as last entry."""
     assert isinstance(space, gymnasium.spaces.Box)
     low, high = np.append(space.low, np.float32(0.0)), np.append(space.high, np.float32(1.0))
@@ -195,7 +198,7 @@ def _pymunk(config: Config, worlds: int, threads: int) -> VecEnv:
     return DummyVecEnv([partial(CorridorEnv, config)] * worlds)
 
 
-def _decision_of(part: VecEnv, infos: list[dict[str, Any]]) -> tuple[Floats, Floats]:
+def _decision_of(part: VecEnv, infos: list[Info]) -> tuple[Floats, Floats]:
     """Return the reward terms (N, 7) and costs (N,) of the decision just taken."""
     if isinstance(part, CorridorVecEnv):
         return part.terms, part.costs

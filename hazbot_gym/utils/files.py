@@ -86,7 +86,7 @@ def write_text(path: Path, text: str) -> None:
     write_bytes(path, text.encode(errors="backslashreplace"))
 
 
-def write_json(path: Path, content: Mapping[str, Any], *, is_sorted: bool = True) -> None:
+def write_json(path: Path, content: Mapping[str, object], *, is_sorted: bool = True) -> None:
     """Write a JSON record.
 
     Args:

@@ -13,7 +13,7 @@ import re
 import zipfile
 import zlib
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 import numpy as np
 import numpy.typing as npt
@@ -37,7 +37,7 @@ class Unreadable(ValueError):
     """A file is no ``.npz`` of plain numbers within the bounds; the message gives the reason."""
 
 
-def read_arrays(path: Path, kinds: str) -> dict[str, npt.NDArray[Any]]:
+def read_arrays(path: Path, kinds: str) -> dict[str, npt.NDArray[np.generic]]:
     """Return the arrays of a file by name, in the machine's byte order and C order.
 
     Args:
@@ -61,11 +61,11 @@ def read_arrays(path: Path, kinds: str) -> dict[str, npt.NDArray[Any]]:
         raise Unreadable("its zip cannot be unpacked") from error
 
 
-def _arrays(archive: zipfile.ZipFile, kinds: str) -> dict[str, npt.NDArray[Any]]:
+def _arrays(archive: zipfile.ZipFile, kinds: str) -> dict[str, npt.NDArray[np.generic]]:
     entries = archive.infolist()
     if sum(entry.file_size for entry in entries) > MOST_BYTES:
         raise Unreadable(f"its arrays take more than {MOST_BYTES >> 20} MiB")
-    found: dict[str, npt.NDArray[Any]] = {}
+    found: dict[str, npt.NDArray[np.generic]] = {}
     for entry in entries:
         name = entry.filename.removesuffix(".npy")
         is_plain = entry.compress_type in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
@@ -76,7 +76,7 @@ def _arrays(archive: zipfile.ZipFile, kinds: str) -> dict[str, npt.NDArray[Any]]
     return found
 
 
-def _array(file: IO[bytes], size: int, name: str, kinds: str) -> npt.NDArray[Any]:
+def _array(file: IO[bytes], size: int, name: str, kinds: str) -> npt.NDArray[np.generic]:
     dtype, is_fortran, shape = _header(file, name)
     if dtype.kind not in kinds:
         raise Unreadable(f"its array {name!r} has type {dtype}")
@@ -86,7 +86,7 @@ def _array(file: IO[bytes], size: int, name: str, kinds: str) -> npt.NDArray[Any
     return np.array(values, dtype.newbyteorder("="), order="C")
 
 
-def _header(file: IO[bytes], name: str) -> tuple[np.dtype[Any], bool, tuple[int, ...]]:
+def _header(file: IO[bytes], name: str) -> tuple[np.dtype[np.generic], bool, tuple[int, ...]]:
     """Return type, order and shape of an array; a header of numpy's is matched, not evaluated."""
     digits = {b"\x93NUMPY\x01\x00": 2, b"\x93NUMPY\x02\x00": 4}.get(file.read(8), 0)
     size = int.from_bytes(file.read(digits), "little")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Any, TypeVar
+from typing import TypeVar
 
 Result = TypeVar("Result")
 
@@ -18,7 +18,7 @@ class Threads:
         self._pool: ThreadPoolExecutor | None = None
         self._process = 0  # in which they run
 
-    def submit(self, job: Callable[..., Result], *arguments: Any) -> Future[Result]:
+    def submit(self, job: Callable[..., Result], *arguments: object) -> Future[Result]:
         """Have a thread do a job."""
         if self._pool is None or self._process != os.getpid():
             self._pool, self._process = ThreadPoolExecutor(self._count), os.getpid()
@@ -30,6 +30,6 @@ class Threads:
             self._pool.shutdown()
         self._pool = None
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __getstate__(self) -> dict[str, object]:
         """Return the picklable state, without the threads."""
         return {**self.__dict__, "_pool": None}

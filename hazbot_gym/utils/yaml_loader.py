@@ -42,7 +42,7 @@ def _number(text: str) -> float:
 
 
 # Pattern and reader of each tag; the first match resolves a plain scalar.
-_SCALARS: dict[str, tuple[re.Pattern[str], Callable[[str], Any]]] = {
+_SCALARS: dict[str, tuple[re.Pattern[str], Callable[[str], object]]] = {
     _TAG + "null": (re.compile(r"(null|Null|NULL|~|)\Z"), lambda _: None),
     _TAG + "bool": (re.compile(r"(true|True|TRUE|false|False|FALSE)\Z"), lambda s: s[0] in "tT"),
     _TAG + "int": (
@@ -86,7 +86,7 @@ for _tag, (_pattern, _) in _SCALARS.items():
     _Loader.add_implicit_resolver(_tag, _pattern, None)
 
 
-def parse_yaml(text: str, where: str) -> Any:
+def parse_yaml(text: str, where: str) -> object:
     """Return the value of a YAML text; ``where`` names it in complaints.
 
     An empty text is None. The value is made of dicts with string keys, lists, str, int, float, bool
@@ -102,7 +102,7 @@ def parse_yaml(text: str, where: str) -> Any:
         raise InvalidInput(f"{where}, line {error.line + 1}: {error.problem}") from error
 
 
-def read_yaml(path: Path, what: str = "config") -> dict[str, Any]:
+def read_yaml(path: Path, what: str = "config") -> dict[str, object]:
     """Return the mapping in a YAML file; ``what`` names it in complaints.
 
     An empty file is an empty mapping.
@@ -154,7 +154,7 @@ class _Values:
     def __init__(self) -> None:
         self._count = 0
 
-    def of(self, node: yaml.Node, depth: int = 0) -> Any:
+    def of(self, node: yaml.Node, depth: int = 0) -> object:
         self._count += 1
         if self._count > MAX_VALUES or depth > MAX_DEPTH:
             raise _Fault(node.start_mark.line, "aliases unfold to too much")
@@ -164,8 +164,8 @@ class _Values:
             return [self.of(each, depth + 1) for each in node.value]
         return _scalar(node)
 
-    def _mapping(self, node: yaml.MappingNode, depth: int) -> dict[str, Any]:
-        mapping: dict[str, Any] = {}
+    def _mapping(self, node: yaml.MappingNode, depth: int) -> dict[str, object]:
+        mapping: dict[str, object] = {}
         lines: dict[str, int] = {}
         for key_node, value_node in node.value:
             line = key_node.start_mark.line

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, cast
 import gymnasium
 
 from hazbot_gym.core.ssm import SsmThresholds
+from hazbot_gym.envs.arguments import Environment, Info
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation.encounters import Row
 from hazbot_gym.evaluation.metrics import measure
@@ -65,7 +66,7 @@ class Show(NamedTuple):
     env_id: str
     episodes: int = 1
     seed: int = 0
-    overrides: Mapping[str, Any] = MappingProxyType({})
+    overrides: Mapping[str, object] = MappingProxyType({})
     speed: float = 1.0
     allow_pickle: bool = False
 
@@ -73,17 +74,17 @@ class Show(NamedTuple):
 class Watched(gymnasium.Wrapper[Any, Any, Any, Any]):
     """Environment wrapper that feeds a sink."""
 
-    def __init__(self, env: gymnasium.Env[Any, Any], screen: Screen) -> None:
+    def __init__(self, env: Environment, screen: Screen) -> None:
         super().__init__(env)
         self._screen = screen
 
-    def reset(self, **options: Any) -> tuple[Any, dict[str, Any]]:
+    def reset(self, **options: Any) -> tuple[Any, Info]:
         """Reset, and show the instant."""
         observation, info = self.env.reset(**options)
         self._screen.see(self._paint, info["time_s"], is_last=False)
         return observation, info
 
-    def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+    def step(self, action: object) -> tuple[object, Any, bool, bool, Info]:
         """Step, and show the instant."""
         observation, reward, terminated, truncated, info = self.env.step(action)
         is_last = terminated or truncated
@@ -152,7 +153,7 @@ def table(rows: list[Row]) -> FittedTable:
     return result
 
 
-def _make(show: Show) -> tuple[gymnasium.Env[Any, Any], float]:
+def _make(show: Show) -> tuple[Environment, float]:
     """Return the environment, and its frame rate."""
     check_counts(show.episodes, show.seed)
     if not SLOWEST <= show.speed <= FASTEST:
@@ -162,7 +163,7 @@ def _make(show: Show) -> tuple[gymnasium.Env[Any, Any], float]:
     return env, show.speed / decision_s
 
 
-def _play(show: Show, env: gymnasium.Env[Any, Any], screen: Screen) -> list[Row]:
+def _play(show: Show, env: Environment, screen: Screen) -> list[Row]:
     policy, watched = make_policy(show.policy, allow_pickle=show.allow_pickle), Watched(env, screen)
     name = scenario_set(show.env_id, show.overrides).name
     rows: list[Row] = []

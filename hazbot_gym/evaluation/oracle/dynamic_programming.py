@@ -37,8 +37,8 @@ from hazbot_gym.core.state import (
     ROBOT_RADIUS_M,
     SCRIPTED,
     Floats,
-    Record,
     Records,
+    RobotRecord,
     records,
 )
 from hazbot_gym.errors import InvalidInput
@@ -224,7 +224,7 @@ def _solve(
 def _look(
     people: Records,
     poses: Floats,
-    robot: Record,
+    robot: RobotRecord,
     problem: _Problem,
     depths: Floats,
     near: npt.NDArray[np.bool_],
@@ -244,7 +244,7 @@ def _look(
 
 
 @scalar
-def _may_touch(robot: Record, people: Records, problem: _Problem) -> bool:
+def _may_touch(robot: RobotRecord, people: Records, problem: _Problem) -> bool:
     """Return True if a person who is clear of the robot now may touch it within a decision."""
     own_way_m = problem.nominal_mps * problem.decision_s
     for i in range(people.shape[0]):
@@ -308,7 +308,7 @@ def _improve(
 @routine
 def _weigh(
     t: int, s: int, level: int, is_near: bool, problem: _Problem, lattice: Lattice,
-    weights: Floats, people: Records, walls: Floats, poses: Floats, robot: Record,
+    weights: Floats, people: Records, walls: Floats, poses: Floats, robot: RobotRecord,
     touched: Records, depths: Floats, values: Floats,
 ) -> tuple[float, int]:  # fmt: skip
     """Return the best value of a speed at one place, contacts included, and the next speed."""
@@ -334,7 +334,8 @@ def _weigh(
 @routine
 def _touch(
     t: int, s: int, level: int, following: int, problem: _Problem, lattice: Lattice,
-    weights: Floats, people: Records, walls: Floats, poses: Floats, robot: Record, touched: Records,
+    weights: Floats, people: Records, walls: Floats, poses: Floats, robot: RobotRecord,
+    touched: Records,
 ) -> float:  # fmt: skip
     """Return the reward of a decision that ends in a contact; NaN without a contact."""
     way_m = 0.0

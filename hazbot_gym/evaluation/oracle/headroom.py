@@ -48,10 +48,10 @@ class OnLattice:
     def predict(
         self,
         observation: Observations,
-        state: Any = None,
+        state: object = None,
         episode_start: npt.NDArray[np.bool_] | None = None,
         deterministic: bool = True,
-    ) -> tuple[Actions, Any]:
+    ) -> tuple[Actions, object]:
         """Return the rounded action; see ``policies.base.Policy``."""
         actions, state = self._policy.predict(observation, state, episode_start, deterministic)
         steps = np.rint((np.asarray(actions, np.float64) + 1.0) / 2.0 * (LEVELS - 1))
@@ -79,7 +79,7 @@ def headroom_config(name: str) -> Config:
 
 def headroom(
     names: Iterable[str], episodes: int, *, on_progress: Callable[[], None] = lambda: None
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Return the span of each environment and the position of every family within it.
 
     Args:
@@ -126,11 +126,11 @@ def play(config: Config, spec: str, episodes: int) -> tuple[Played, list[int]]:
 
 
 def _people(preset: dict[str, Any]) -> dict[str, Any]:
-    people: dict[str, Any] = preset.get("people", {})
+    people: dict[str, object] = preset.get("people", {})
     return people
 
 
-def _place(name: str, episodes: int, on_progress: Callable[[], None]) -> dict[str, Any]:
+def _place(name: str, episodes: int, on_progress: Callable[[], None]) -> dict[str, object]:
     config = headroom_config(name)
     best = {family: _best(config, specs, episodes) for family, specs in _families()}
     _, keys = play(config, best[CONSTANT].spec, episodes)

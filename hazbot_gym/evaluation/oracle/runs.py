@@ -9,7 +9,7 @@ is the result of an offline trajectory search started from the study's policies
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,7 +42,7 @@ class Stretch(NamedTuple):
     allowed: Permissions = NO_CODE  # permissions of the policies
 
 
-def run_stretch(stretch: Stretch) -> list[dict[str, Any]]:
+def run_stretch(stretch: Stretch) -> list[dict[str, object]]:
     """Return one row per scenario: metrics of the best drive.
 
     ``bound`` is its return, ``is_exact`` marks a proven optimum, and ``actions`` is the plan in

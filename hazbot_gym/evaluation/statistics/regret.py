@@ -13,7 +13,7 @@ Intervals come from the crossed bootstrap; ratios are formed in every resample.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -35,7 +35,7 @@ CONSTANT = "constant"
 def regrets(
     rows: pd.DataFrame, best: pd.DataFrame, names: tuple[str, ...], reference: str,
     *, resamples: int, confidence: float, seed: int,
-) -> dict[str, Any]:  # fmt: skip
+) -> dict[str, object]:  # fmt: skip
     """Return each policy's regret relative to the oracle, and the oracle's own results.
 
     Args:

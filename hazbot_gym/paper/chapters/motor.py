@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from hazbot_gym.core.pid import PLANTS, Plant
@@ -71,7 +69,7 @@ def chapter(quick: bool) -> Chapter:
     )
 
 
-def _record(found: Nearest) -> dict[str, Any]:
+def _record(found: Nearest) -> dict[str, object]:
     return found._asdict() | {
         "plant": found.plant._asdict(),
         "found": {controller: four._asdict() for controller, four in found.found.items()},

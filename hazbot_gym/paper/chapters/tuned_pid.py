@@ -29,7 +29,7 @@ class Found(NamedTuple):
     tuned: dict[str, Tuned]
     controllers: dict[str, tuned_pid.Drive]
     plants: dict[str, dict[str, Figures]]
-    rows: list[dict[str, Any]]  # of the sweep
+    rows: list[dict[str, object]]  # of the sweep
     wins: dict[tuple[str, str], Wins]
     grids: dict[str, Grid]  # by the sign of the rules
 
@@ -79,7 +79,7 @@ def _run(generations: int, every: int) -> Found:
     )
 
 
-def _record(found: Found) -> dict[str, Any]:
+def _record(found: Found) -> dict[str, object]:
     return {
         "tuned": {name: each._asdict() for name, each in found.tuned.items()},
         "plants": {

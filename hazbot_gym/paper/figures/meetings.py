@@ -63,7 +63,7 @@ def _what(is_measured: bool) -> str:
     return "robot's speed" if is_measured else "commanded speed"
 
 
-def _step(axis: Any, run: Meeting, is_measured: bool, **look: Any) -> None:
+def _step(axis: Any, run: Meeting, is_measured: bool, **look: object) -> None:
     shown = run.time_s <= SHOWN_S
     values = run.speed_mps if is_measured else run.command_mps
     draw = axis.plot if is_measured else axis.step

@@ -19,7 +19,7 @@ INK, SOFT, GRID = "#1c2127", "#5c6670", "#e4e7ea"
 BLUE, RED, GREEN, PURPLE, OCHRE = "#0067a5", "#b83a00", "#00785a", "#8a3c8f", "#856200"
 HUES = (BLUE, RED, GREEN, PURPLE, OCHRE)
 WIDTH_IN = 7.2  # of a figure across the page
-SETTINGS: dict[Any, Any] = {
+SETTINGS: dict[Any, object] = {
     "svg.fonttype": "none",  # text stays text
     "svg.hashsalt": "hazbot_gym",  # ids that do not change from run to run
     "font.family": "sans-serif",
@@ -58,7 +58,7 @@ def mark_event(axes: Any, time_s: float, text: str, *, height: float = 1.0) -> N
     axes.text(time_s, height, f" {text}", transform=place, va="top", fontsize=8, color=INK)
 
 
-def legend(axes: Any, **options: Any) -> None:
+def legend(axes: Any, **options: object) -> None:
     """Name what is drawn, without a frame."""
     axes.legend(frameon=False, **{"fontsize": 8, **options})
 
@@ -72,6 +72,6 @@ def svg(figure: Any) -> str:
     return text[text.index("<svg") :]
 
 
-def rounded(values: Any, digits: int = 4) -> Any:
+def rounded(values: object, digits: int = 4) -> Any:
     """Return values with digits that can be seen, so that pictures stay small."""
     return np.round(np.asarray(values, dtype=np.float64), digits)

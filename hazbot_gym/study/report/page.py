@@ -59,11 +59,11 @@ class Study(NamedTuple):
     """The records of a finished study."""
 
     config: StudyConfig
-    manifest: Mapping[str, Any]
+    manifest: Mapping[str, object]
     summary: Summary
     rows: pd.DataFrame
     replays: Replays
-    sessions: list[dict[str, Any]]  # computational costs
+    sessions: list[dict[str, object]]  # computational costs
     trainings: list[Training]  # training curves of learners, if any
 
 
@@ -221,7 +221,7 @@ def make_plots(
     study: Study,
     blocks: Mapping[str, Any],
     looks: Mapping[str, Style],
-) -> dict[str, dict[str, Any]]:
+) -> dict[str, dict[str, object]]:
     """Return every plot of the page, one figure per choice of its selector."""
     replays = study.replays.chosen
     paper = {
@@ -290,7 +290,7 @@ def describe(scenarios: ScenarioSet) -> str:
     return f"{text} Changed: {changes}." if changes else text
 
 
-def _changes(overrides: Mapping[str, Any], path: str = "") -> Iterator[str]:
+def _changes(overrides: Mapping[str, object], path: str = "") -> Iterator[str]:
     """Yield config values as ``group.key = value``; equal entries of a list only once."""
     for name, value in overrides.items():
         if isinstance(value, Mapping):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -31,7 +30,7 @@ def pack(replays: Mapping[str, Sequence[Replay]]) -> str:
     )
 
 
-def _replay(replay: Replay) -> dict[str, Any]:
+def _replay(replay: Replay) -> dict[str, object]:
     path = replay.path
     low, high = view(path, [positions(episode) for episode in replay.runs.values()])
     return {
@@ -47,7 +46,7 @@ def _replay(replay: Replay) -> dict[str, Any]:
     }
 
 
-def _run(episode: Drive, low: Floats, high: Floats) -> dict[str, Any]:
+def _run(episode: Drive, low: Floats, high: Floats) -> dict[str, object]:
     """Pack an episode, with the people between two corners."""
     places = episode.people[..., (X, Y)]
     is_near = ((places > low) & (places < high)).all(axis=-1, keepdims=True)

@@ -72,7 +72,7 @@ def drive_of(episode: Episode, *, is_recorded: bool = True) -> Drive:
     return Drive(**shared, is_recorded=is_recorded)
 
 
-def rows_of(replays: Replays) -> Iterator[dict[str, Any]]:
+def rows_of(replays: Replays) -> Iterator[dict[str, object]]:
     """Yield a row for each drive."""
     for name, some in replays.chosen.items():
         for replay in some:
@@ -109,7 +109,7 @@ def _check_size(rows: pd.DataFrame) -> None:
         raise ValueError(f"replays of {cells:,} cells, allowed are {MOST_CELLS:,}")
 
 
-def _rows(name: str, replay: Replay) -> Iterator[dict[str, Any]]:
+def _rows(name: str, replay: Replay) -> Iterator[dict[str, object]]:
     drives = replay.runs if replay.best is None else {**replay.runs, BEST: replay.best}
     for policy, drive in drives.items():
         yield {
@@ -124,7 +124,7 @@ def _rows(name: str, replay: Replay) -> Iterator[dict[str, Any]]:
         }
 
 
-def _columns(drive: Drive) -> dict[str, Any]:
+def _columns(drive: Drive) -> dict[str, object]:
     instants, persons = np.nonzero(np.isfinite(drive.people[..., 0]))
     return {
         **{name: _flat(getattr(drive, name)) for name in ("time_s", "pose", "speed_mps")},
@@ -164,10 +164,10 @@ def _drive(row: Mapping[str, Any]) -> Drive:
     )
 
 
-def _flat(values: Floats) -> Any:
+def _flat(values: Floats) -> object:
     return np.asarray(values, np.float32).ravel()
 
 
-def _shaped(values: Any, columns: int) -> Floats:
+def _shaped(values: object, columns: int) -> Floats:
     shaped: Floats = np.asarray(values, float).reshape(-1, columns)
     return shaped

@@ -66,7 +66,7 @@ def read(path: Path) -> Table:
     )
 
 
-def _row(name: str, number: int, line: bytes) -> dict[str, dict[str, Any]]:
+def _row(name: str, number: int, line: bytes) -> dict[str, dict[str, object]]:
     try:
         row = json.loads(line)
     except (ValueError, RecursionError):
