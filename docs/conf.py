@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent / "_ext"))
+sys.path[:0] = [str(Path(__file__).parent / "_ext"), str(Path(__file__).parent)]
 
-import hazbot_gym
+import hazbot_gym  # noqa: E402
 
 project = "hazbot_gym"
 author = "The hazbot_gym authors"
@@ -23,6 +23,7 @@ extensions = [
     "mathml",
     "generated",
     "animations",
+    "results",
 ]
 exclude_patterns = ["_build", "_ext", "*.template.md"]
 nitpicky = False

@@ -16,6 +16,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import animations
+import results
+import study_report
 import typer
 from sphinx.application import Sphinx
 
@@ -26,8 +28,9 @@ from hazbot_gym.envs.registration import ENVIRONMENTS, full_id
 from hazbot_gym.policies.base import REGISTER
 from hazbot_gym.task import reward
 from hazbot_gym.task.observation import markdown_table
+from hazbot_gym.utils.files import read_json
 
-LINE = re.compile(r"<!-- made: (\w+)((?: [\w.:]+)*) -->")
+LINE = re.compile(r"<!-- made: (\w+)((?: [\w.:-]+)*) -->")
 BOUNDS = {"Ge": ">=", "Gt": ">", "Le": "<=", "Lt": "<"}  # of annotated types
 
 
@@ -105,6 +108,16 @@ def scenario_list() -> str:
     return ", ".join(f"`{name}`" for name in SCENARIOS)
 
 
+def study_table() -> str:
+    """Return the headline of the study, as the README has it."""
+    return study_report.readme_table(read_json(results.RECORDS / "study.json"))
+
+
+def results_figure(name: str, *words: str) -> str:
+    """Return a figure of the page on results, described in some words."""
+    return results.html(name, " ".join(words))
+
+
 def policy_table() -> str:
     """Return the policies of the library, with their options."""
     lines = [
@@ -141,10 +154,13 @@ def _fields_of(path: str) -> str:
             about = " ".join(filter(None, near))
             rows.append((item.target.id, _plain_type(item.annotation), default, about))
     lines = [
-        f"| `{field}` | {_cell(kind_)} | {_cell(default)} | {about.replace('|', chr(92) + '|')} |"
+        f"| `{field}` | {_cell(kind_)} | {_default(default)} | {_text(about)} |"
         for field, kind_, default, about in rows
     ]
     head = ["| field | type | default | meaning |", "|---|---|---|---|"]
+    if not any(about for *_, about in rows):
+        lines = [line.removesuffix("  |") for line in lines]
+        head = ["| field | type | default |", "|---|---|---|"]
     summary = (inspect.getdoc(kind) or "").splitlines()[0]
     return "\n".join([f"(config-{name.lower()})=", f"### {name}", "", summary, "", *head, *lines])
 
@@ -172,7 +188,20 @@ def _plain_type(annotation: ast.expr) -> str:
             and each.func.id in BOUNDS
         ]
         return ", ".join([_plain_type(annotation.slice.elts[0]), *bounds])
+    if isinstance(annotation, ast.Subscript) and ast.unparse(annotation.value) == "Literal":
+        return ast.unparse(annotation.slice).strip("()").replace(", ", " | ")
     return ast.unparse(annotation)
+
+
+def _text(comment: str) -> str:
+    """Return a comment for a cell."""
+    return comment.replace("|", "\\|")
+
+
+def _default(code: str) -> str:
+    """Return a default for a cell; one that is another section is a link to it."""
+    section = re.fullmatch(r"(\w+)\(\)", code)
+    return f"[{section[1]}](#config-{section[1].lower()})" if section else _cell(code)
 
 
 def _cell(code: str) -> str:
@@ -220,6 +249,8 @@ MAKERS: dict[str, Callable[..., str]] = {
         observation_table,
         reward_table,
         scenario_list,
+        study_table,
+        results_figure,
         policy_table,
         policy_classes,
         fields,

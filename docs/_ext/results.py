@@ -1,0 +1,194 @@
+"""Figures and tables of the page on results, made at build time of the committed records."""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+from sphinx.application import Sphinx
+
+from hazbot_gym.utils.files import read_json
+
+FOLDER = "_results"
+RECORDS = Path(__file__).parents[2] / "benchmarks"
+INKS = {"light": "#22282e", "dark": "#d3d8dc"}
+RULES, CORRECTED, SCRATCH, IMITATED = "rules", "PPO correcting a rule", "from scratch", "imitation"
+HUES = {  # of the report's palette, in a light and a dark shade
+    RULES: ("#0067a5", "#5fb2e6"),
+    CORRECTED: ("#b83a00", "#ff8a4c"),
+    SCRATCH: ("#8a3c8f", "#d58fda"),
+    IMITATED: ("#00785a", "#4cc7a4"),
+}
+MARKS = {RULES: "o", CORRECTED: "D", SCRATCH: "^", IMITATED: "s"}
+NAMED = {  # policies with their names in the figure, and where the names begin
+    "fuzzy_expert, tuned": (1.455, 0.062),
+    "ssm, tuned": (1.335, 0.062),
+    "ttc, tuned": (1.415, 0.0075),
+    "velocity_obstacle, tuned": (1.472, 0.0155),
+    "mpc, tuned": (1.295, 0.038),
+    "ssm:mode=strict": (1.262, 0.17),
+    "ssm:mode=directional": (1.285, 1.75),
+    "residual ppo on ssm": (1.27, 0.0245),
+    "residual ppo on ssm, careful": (1.3, 0.0145),
+    "ppo from nothing": (1.47, 0.27),
+}
+SPAN = (1.21, 1.56)  # of time ratios shown; the best constant speed lies beyond
+SETS = {
+    "test": "test scenarios",
+    "ood/faster": "faster people",
+    "ood/narrow": "narrow corridor",
+    "ood/delay": "delayed commands",
+    "ood/places": "other places",
+    "ood/sensors": "noisy sensors",
+    "ood/blind": "people who do not notice",
+    "exact": "people who do not react",
+}
+SHOWN = {
+    "fuzzy_expert, tuned": RULES,
+    "velocity_obstacle, tuned": IMITATED,
+    "ssm, tuned": SCRATCH,
+    "residual ppo on ssm": CORRECTED,
+}
+WORLDS = re.compile(r"batched, (\d+) worlds, (\d+) people$")
+
+
+def kind_of(policy: str) -> str:
+    """Return what sort of policy this is."""
+    if policy.startswith("residual"):
+        return CORRECTED
+    if policy in ("behaviour cloning", "dagger", "ppo from the expert"):
+        return IMITATED
+    if policy in ("dqn", "sac", "td3", "tqc", "ppo from nothing", "ppo-lagrangian"):
+        return SCRATCH
+    return RULES
+
+
+def _axes(title_x: str, title_y: str, height_in: float = 4.2) -> tuple[Figure, Any]:
+    figure = Figure(figsize=(7.2, height_in), layout="constrained")
+    axes = figure.subplots()
+    axes.set_xlabel(title_x)
+    axes.set_ylabel(title_y)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.grid(alpha=0.25)
+    return figure, axes
+
+
+def trade_off(study: dict[str, Any], shade: int) -> Figure:
+    """Draw time ratio against kinetic intrusion, a point for each policy with its intervals."""
+    figure, axes = _axes("time ratio (less is better)", "kinetic intrusion, m² (less is better)", 5)
+    axes.set_yscale("log")
+    axes.set_xlim(*SPAN)
+    seen = set()
+    for policy, found in study["together"]["test"].items():
+        x, y = (found["metrics"][name] for name in ("time_ratio", "kinetic_intrusion_m2"))
+        if policy.startswith("ablation") or x["mean"] > SPAN[1]:
+            continue
+        kind = kind_of(policy)
+        axes.errorbar(
+            x["mean"], y["mean"], fmt=MARKS[kind], color=HUES[kind][shade], markersize=6,
+            xerr=[[x["mean"] - x["low"]], [x["high"] - x["mean"]]], elinewidth=1, alpha=0.9,
+            yerr=[[y["mean"] - y["low"]], [y["high"] - y["mean"]]],
+            label=None if kind in seen else kind,
+        )  # fmt: skip
+        seen.add(kind)
+        if policy in NAMED:
+            axes.annotate(
+                policy, (x["mean"], y["mean"]), xytext=NAMED[policy], fontsize=8,
+                arrowprops={"arrowstyle": "-", "color": "#8a9299", "lw": 0.7, "shrinkB": 4},
+            )  # fmt: skip
+    axes.legend(frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncols=4, fontsize=9)
+    return figure
+
+
+def elsewhere(study: dict[str, Any], shade: int) -> Figure:
+    """Draw the return of four policies in the test scenarios and in all others."""
+    figure, axes = _axes("return (more is better)", "", 4.6)
+    axes.grid(axis="y", alpha=0)
+    for k, (policy, hue) in enumerate(SHOWN.items()):
+        for row, name in enumerate(SETS):
+            value = study["together"][name][policy]["metrics"]["return"]
+            axes.errorbar(
+                value["mean"], row + 0.17 * (k - 1.5), fmt=MARKS[hue], markersize=5,
+                color=HUES[hue][shade], label=policy if row == 0 else None,
+                xerr=[[value["mean"] - value["low"]], [value["high"] - value["mean"]]],
+            )  # fmt: skip
+    axes.set_yticks(range(len(SETS)), list(SETS.values()))
+    axes.invert_yaxis()
+    axes.legend(frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncols=2)
+    return figure
+
+
+def rates(bench: dict[str, Any], shade: int) -> Figure:
+    """Draw the steps a second of the batched engine by the number of worlds."""
+    figure, axes = _axes("worlds", "steps per second, all worlds together")
+    axes.set_xscale("log", base=2)
+    axes.set_yscale("log")
+    lines: dict[int, list[tuple[int, float]]] = {}
+    for name, case in bench["cases"].items():
+        if found := WORLDS.match(name):
+            lines.setdefault(int(found[2]), []).append((int(found[1]), case["steps_per_s"]))
+    for hue, (people, points) in zip(HUES, sorted(lines.items()), strict=False):
+        x, y = zip(*sorted(points), strict=True)
+        axes.plot(x, y, f"{MARKS[hue]}-", color=HUES[hue][shade], label=f"{people} people")
+    axes.axhline(bench["CartPole-v1"]["steps_per_s"], ls="--", color="#8a9299", label="CartPole-v1")
+    axes.set_xticks(x, [f"{worlds:,}" for worlds in x])
+    axes.legend(frameon=False)
+    return figure
+
+
+FIGURES = {
+    "trade-off": (trade_off, "tracks"),
+    "elsewhere": (elsewhere, "tracks"),
+    "rates": (rates, ""),
+}
+
+
+def write(app: Sphinx) -> None:
+    """Write all figures in two shades, and the long tables as CSV."""
+    if app.builder.format != "html":
+        return
+    folder = Path(app.outdir) / FOLDER
+    folder.mkdir(parents=True, exist_ok=True)
+    study, bench = (read_json(RECORDS / f"{name}.json") for name in ("study", "bench"))
+    for shade, (name, ink) in enumerate(INKS.items()):
+        style = {f"{what}color": ink for what in ("axes.label", "axes.edge", "xtick.", "ytick.")}
+        with mpl.rc_context({**style, "text.color": ink, "svg.hashsalt": "0", "font.size": 10}):
+            for figure, (draw, part) in FIGURES.items():
+                drawn = draw(study[part] if part else bench, shade)
+                drawn.savefig(
+                    folder / f"{figure}-{name}.svg", transparent=True, metadata={"Date": None}
+                )
+    for part in ("tracks", "sonar", "observations"):
+        write_table(folder / f"study-{part}.csv", study[part]["together"])
+
+
+def write_table(path: Path, sets: dict[str, Any]) -> None:
+    """Write mean and interval of every metric of every policy in every set."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        out = csv.writer(file)
+        out.writerow(("scenarios", "policy", "metric", "mean", "low", "high"))
+        for name, policies in sets.items():
+            for policy, found in policies.items():
+                for metric, value in found["metrics"].items():
+                    out.writerow(
+                        (name, policy, metric, *(value[k] for k in ("mean", "low", "high")))
+                    )
+
+
+def html(figure: str, text: str) -> str:
+    """Return the HTML of a figure that follows the page's theme."""
+    pictures = (
+        f'<img class="only-{name} figure" src="{FOLDER}/{figure}-{name}.svg" alt="{text}">'
+        for name in INKS
+    )
+    return "".join(pictures)
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Draw when a build begins."""
+    app.connect("builder-inited", write)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
