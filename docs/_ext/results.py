@@ -155,8 +155,9 @@ def write(app: Sphinx) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     study, bench = (read_json(RECORDS / f"{name}.json") for name in ("study", "bench"))
     for shade, (name, ink) in enumerate(INKS.items()):
-        style: dict[Any, Any] = {f"{what}color": ink for what in ("axes.label", "axes.edge", "xtick.", "ytick.")}
-        with mpl.rc_context({**style, "text.color": ink, "svg.hashsalt": "0", "font.size": 10}):
+        inked = ("axes.label", "axes.edge", "xtick.", "ytick.", "text.")
+        style: dict[Any, Any] = {f"{what}color": ink for what in inked}
+        with mpl.rc_context({**style, "svg.hashsalt": "0", "font.size": 10}):
             for figure, (draw, part) in FIGURES.items():
                 drawn = draw(study[part] if part else bench, shade)
                 drawn.savefig(
