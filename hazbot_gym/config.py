@@ -1,4 +1,4 @@
-"""Every knob of the problem, frozen and validated, with its unit; the paper's scenarios as presets.
+"""Configuration: every parameter of the problem, validated, with its unit; named scenarios.
 
 Parameters of an equation live beside that equation in ``core`` and are composed here. A config is
 given as a ``Config``, as a mapping of deltas on the defaults, or as a YAML file of such deltas.
@@ -33,10 +33,10 @@ from hazbot_gym.errors import InvalidInput, UnknownKeyword
 from hazbot_gym.utils.yaml_loader import read_yaml
 
 Family = Literal["crossing", "encountering", "leading", "confronting", "mixed"]
-Loose = Strict(False)  # a list will do for a tuple, a string for a path; what is in it is strict
+Loose = Strict(False)  # accepts a list for a tuple, a string for a path; contents are strict
 
-# No problem of this kind needs more; a misplaced digit would fill the memory or take a year.
-SMALLEST, LARGEST = 1e-12, 1e9  # of every number but 0, by its size
+# Bounds beyond any real problem: they catch misplaced digits.
+SMALLEST, LARGEST = 1e-12, 1e9  # magnitude of every number but 0
 MOST_PEOPLE = 64
 MOST_STEPS = 100_000  # of an episode: nearly three hours
 MOST_PHYSICS_STEPS = 1000  # of a decision
@@ -48,10 +48,10 @@ Reactions = Annotated[tuple[Reaction, Reaction, Reaction, Reaction], Loose]
 
 
 class Section(BaseModel):
-    """A part of the config: frozen, and without room for misspelt keys, NaN or other types.
+    """A section of the config: frozen; misspelt keys, NaN and other types are rejected.
 
-    Types are strict: ``"5"``, ``yes`` and ``true`` are no numbers, and 1.0 is no integer.
-    An integer will do for a float; ``Loose`` says where else something similar will do.
+    Types are strict: ``"5"``, ``yes`` and ``true`` are no numbers, and 1.0 is no integer. An
+    integer is accepted for a float; ``Loose`` marks further conversions.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=True)
@@ -59,7 +59,7 @@ class Section(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _lists_are_whole(cls, values: Any) -> Any:
-        """Refuse a list that would fill the first fields of a named tuple and leave the others."""
+        """Reject a list that is shorter than its named tuple."""
         for name, field in cls.model_fields.items() if isinstance(values, Mapping) else ():
             for place, names, given in _as_lists(name, field.annotation, values.get(name)):
                 if len(given) != len(names):
@@ -78,7 +78,7 @@ class Section(BaseModel):
 
 
 def _as_lists(field: str, kind: object, value: object) -> Iterator[tuple[str, Any, Any]]:
-    """Yield field, names and values of each named tuple that is given as a list."""
+    """Yield field, names and values of each named tuple given as a list."""
     if not isinstance(value, list | tuple):
         return
     if hasattr(kind, "_fields"):
@@ -92,7 +92,7 @@ def _as_lists(field: str, kind: object, value: object) -> Iterator[tuple[str, An
 
 
 def _floats(field: str, value: object) -> Iterator[tuple[str, float]]:
-    """Yield the floats in a field's value and their names, other sections excepted."""
+    """Yield the floats in a field's value and their names, without nested sections."""
     if isinstance(value, float):
         yield field, value
     elif isinstance(value, dict):
@@ -107,8 +107,8 @@ class Clock(Section):
     """The three periods; each must divide the next one exactly."""
 
     physics_s: Annotated[float, Ge(1e-4)] = 0.01  # bodies and wheel loops (paper's loop: 10 ms)
-    social_s: Annotated[float, Gt(0)] = 0.05  # people choose a velocity
-    decision_s: Annotated[float, Gt(0), Le(10)] = 0.1  # the policy chooses a speed (SPEC section 4)
+    social_s: Annotated[float, Gt(0)] = 0.05  # period of people's velocity updates
+    decision_s: Annotated[float, Gt(0), Le(10)] = 0.1  # period of the policy
 
     @model_validator(mode="after")
     def _periods_divide(self) -> Clock:
@@ -136,25 +136,25 @@ class Clock(Section):
 
 
 class Drive(Section):
-    """How a commanded speed becomes motion: the paper's lower layers."""
+    """Drive: slew limits, tracking law and wheel loops (the paper's lower layers)."""
 
     # v_nom, action +1 (paper); observed speeds end at 1 m/s, contacts are looked for up to 2 m/s
     nominal_speed_mps: Annotated[float, Gt(0), Le(1)] = 0.5
     start_speed_mps: Annotated[float, Ge(0)] = 0.0  # of robot and reference at reset
     acceleration_mps2: Annotated[float, Gt(0)] = 0.5  # slew limit of the command
     deceleration_mps2: Annotated[float, Gt(0)] = 1.0
-    latency_steps: Annotated[int, Ge(0), Le(50)] = 0  # decisions until a command is obeyed
-    reflex_stop_m: Annotated[float, Ge(0)] = 0.0  # front ultrasonic reading that stops, 0 = off
-    line_sensor: LineSensor = LineSensor()  # lamps that see the path; pitch 0: error known exactly
-    wheel_loop: Literal["fuzzy_pid", "pid", "ideal"] = "fuzzy_pid"  # ideal: as commanded, at once
-    plant: Literal["A", "B", "A0", "C"] | Plant = "A"  # motors (SPEC section 5), by name or in full
+    latency_steps: Annotated[int, Ge(0), Le(50)] = 0  # latency of commands in decisions
+    reflex_stop_m: Annotated[float, Ge(0)] = 0.0  # front range of the reflex stop, 0 = off
+    line_sensor: LineSensor = LineSensor()  # line sensor; pitch 0: exact cross-track error
+    wheel_loop: Literal["fuzzy_pid", "pid", "ideal"] = "fuzzy_pid"  # ideal: exactly as commanded
+    plant: Literal["A", "B", "A0", "C"] | Plant = "A"  # motors (core/pid.py), by name or in full
     tables: Literal["textbook", "symmetric"] = "textbook"  # rules of the fuzzy-PID
     chassis: Chassis = Chassis()
     tracking: TrackingGains = TrackingGains()
     pid: PidGains = PidGains()
     fuzzy: FuzzyPid = FuzzyPid()
-    wheel_noise_radps: Annotated[float, Ge(0)] = 0.01  # half width, uniform (SPEC section 6)
-    heading_noise_rad: Annotated[float, Ge(0)] = 0.002  # half width, uniform (SPEC section 6)
+    wheel_noise_radps: Annotated[float, Ge(0)] = 0.01  # half width, uniform
+    heading_noise_rad: Annotated[float, Ge(0)] = 0.002  # half width, uniform
 
     @model_validator(mode="after")
     def _start_is_not_faster_than_nominal(self) -> Drive:
@@ -176,16 +176,16 @@ class Walker(Section):
 
 
 class Speeds(NamedTuple):
-    """Walking speeds that are drawn: a normal distribution, cut at 0.5 and 2.2 m/s."""
+    """Distribution of walking speeds: normal, truncated to 0.5 to 2.2 m/s."""
 
     mean_mps: Annotated[float, Gt(0)] = 1.34  # HM95; medians of the real tracks: 1.06 to 1.41
     sd_mps: Annotated[float, Ge(0)] = 0.26  # HM95; real tracks: 0.17 to 0.26
     leader_low_mps: Annotated[float, Gt(0)] = 0.15  # leaders walk slower than the robot,
-    leader_high_mps: Annotated[float, Gt(0)] = 0.45  # or they would never be met
+    leader_high_mps: Annotated[float, Gt(0)] = 0.45  # so that it reaches them
 
 
 class People(Section):
-    """Who walks where, and how they answer to the robot."""
+    """People: patterns, numbers, models and reactions."""
 
     model: Literal["scripted", "social_force", "replay", "seeded"] = "social_force"
     family: Family = "mixed"  # pattern of the first person
@@ -211,20 +211,19 @@ class People(Section):
 
 
 class Tracker(NamedTuple):
-    """What the people tracker reports; a person behind a wall or out of range is not reported."""
+    """People tracker; a person behind a wall or out of range is not reported."""
 
-    range_m: Annotated[float, Gt(0)] = 8.0  # DESIGN section 1
+    range_m: Annotated[float, Gt(0)] = 8.0  # our choice
     position_noise_m: Annotated[float, Ge(0)] = 0.03  # half width, as the range noise of Table 2
     velocity_noise_mps: Annotated[float, Ge(0)] = 0.05  # half width, our choice
-    dropout: Annotated[float, Ge(0), Le(1)] = 0.0  # chance that a person is missed in a decision
-    latency_steps: Annotated[int, Ge(0), Le(50)] = 0  # age of what is reported, in decisions
-    # Slower people are labelled as standing; the track counts' 0.3 m/s would take most of those
-    # who lead the robot for obstacles.
+    dropout: Annotated[float, Ge(0), Le(1)] = 0.0  # probability of a missed detection per decision
+    latency_steps: Annotated[int, Ge(0), Le(50)] = 0  # latency in decisions
+    # Slower people count as standing; with the track counts' 0.3 m/s most leaders would.
     moving_mps: Annotated[float, Ge(0)] = 0.1
 
 
 class Sensors(Section):
-    """The robot's eyes and ears."""
+    """Sensors of the robot."""
 
     ultrasonic: Ultrasonic = Ultrasonic()
     tracker: Tracker = Tracker()
@@ -243,7 +242,7 @@ class RewardWeights(NamedTuple):
 
 
 class Config(Section):
-    """The whole problem."""
+    """Configuration of the whole problem."""
 
     place: str = "corridor"  # a name of task/places.py, or a YAML file
     place_options: dict[str, float] = {}  # lengths of a built-in place [m]
@@ -263,7 +262,7 @@ def merge(base: Mapping[str, object], deltas: Mapping[str, object]) -> dict[str,
     """Return ``base`` with ``deltas`` laid over it, section by section.
 
     Raises:
-        InvalidInput: Deltas give a part of what ``base`` gives by a name, or as a list.
+        InvalidInput: Deltas change a part of a value that ``base`` gives by name, or as a list.
     """
     merged = dict(base)
     for key, value in deltas.items():
@@ -280,14 +279,14 @@ def merge(base: Mapping[str, object], deltas: Mapping[str, object]) -> dict[str,
 
 
 def _parts(below: object) -> int:
-    """Return how many values a mapping must have that takes the place of something else."""
+    """Return the number of values of a mapping that replaces a name or list."""
     if isinstance(below, str):
         return len(PLANTS.get(below, ()))
     return len(below) if isinstance(below, list | tuple) else 0
 
 
 def _paper_scenario(x_m: float, y_m: float, vx_mps: float, vy_mps: float) -> dict[str, object]:
-    """Return a geometry of SPEC section 4: one scripted walker, an ideal drive already at speed."""
+    """Return a scenario of the paper: one scripted walker, an ideal drive already at speed."""
     walker = {"x_m": x_m, "y_m": y_m, "vx_mps": vx_mps, "vy_mps": vy_mps}
     return {
         "place": "open",
@@ -300,8 +299,8 @@ def _paper_scenario(x_m: float, y_m: float, vx_mps: float, vy_mps: float) -> dic
     }
 
 
-# The paper's circle (Table 3): at rest at its lowest point, the reference at full speed at once
-# (SPEC section 5). Plant B is the one that gives the fuzzy-PID's published figures.
+# The paper's circle (Table 3): at rest at its lowest point, the reference at full speed at once.
+# Plant B gives the fuzzy-PID's published figures.
 _CIRCLE = {
     "place": "circle",
     "people": {"count": [0, 0]},
@@ -314,7 +313,7 @@ _CIRCLE = {
     },
 }
 
-# Somebody comes the other way beside the circle; where is not printed, so it is our choice.
+# A person walks in the opposite direction beside the circle; the position is our choice.
 _HUMAN_ON_THE_WAY = {
     "max_episode_steps": 800,
     "people": {
@@ -330,7 +329,7 @@ _HUMAN_ON_THE_WAY = {
     },
 }
 
-_AS_BUILT = {  # the drive in earnest, and a robot that starts when people do
+_AS_BUILT = {  # realistic drive, and a robot that starts with the people
     "drive": {"wheel_loop": "fuzzy_pid", "plant": "B", "start_speed_mps": 0.0},
     "sensors": {
         "ultrasonic": {"noise_m": 0.03},
@@ -338,7 +337,7 @@ _AS_BUILT = {  # the drive in earnest, and a robot that starts when people do
     },
 }
 
-# The front wall that the crossing experiment ends at; where it stood is not printed.
+# The front wall of the crossing experiment; its position is not printed.
 _FRONT_WALL = {
     "place_options": {"length_m": 8.0, "end_wall_m": 0.35},
     "drive": {"reflex_stop_m": 0.5},
@@ -402,13 +401,13 @@ def make_config(
 def horizon_in(
     given: Config | Mapping[str, object] | str | Path | None, scenario: object
 ) -> object:
-    """Return the ``max_episode_steps`` that a config, or else a named scenario, gives; or None."""
+    """Return the ``max_episode_steps`` of a config, else of a named scenario; or None."""
     named = SCENARIOS.get(scenario, {}) if isinstance(scenario, str) else {}
     return {**named, **_deltas(given)}.get("max_episode_steps")
 
 
 def _deltas(given: Config | Mapping[str, object] | str | Path | None) -> Mapping[str, object]:
-    """Return as a mapping what ``make_config`` was given."""
+    """Return the argument of ``make_config`` as a mapping."""
     if isinstance(given, Config):
         return dict(_as_mappings(given))
     if isinstance(given, str | Path):
@@ -420,7 +419,7 @@ def _deltas(given: Config | Mapping[str, object] | str | Path | None) -> Mapping
 
 
 def plain(value: Any) -> Any:
-    """Return deltas with Python's numbers and lists in place of NumPy's."""
+    """Return deltas with NumPy values converted to Python's."""
     if isinstance(value, Mapping):
         return {key: plain(each) for key, each in value.items()}
     if type(value) in (list, tuple):
@@ -429,10 +428,10 @@ def plain(value: Any) -> Any:
 
 
 def first_error(error: ValidationError, model: type[BaseModel] = Config) -> str:
-    """Return the first of pydantic's complaints as one line: field, what was given and allowed."""
-    # Of a union's complaints the deepest is the one about what was meant.
+    """Return pydantic's first error as one line: field, given and allowed value."""
+    # Of a union's errors, the deepest refers to the intended alternative.
     first = max(error.errors(include_url=False), key=lambda each: len(each["loc"]))
-    # Left out are the alternatives of a union, such as literal['A', 'B'].
+    # Without the alternatives of a union, such as literal['A', 'B'].
     location = [_name(part) for part in first["loc"] if "[" not in str(part)]
     field = ".".join(location) or "config"
     message = first["msg"].removeprefix("Value error, ")
@@ -444,12 +443,12 @@ def first_error(error: ValidationError, model: type[BaseModel] = Config) -> str:
 
 
 def _name(field: int | str) -> str:
-    """Return the name of a field, on one line even if a user's key is not."""
+    """Return the name of a field on one line."""
     return repr(field).strip("'")
 
 
 def _shown(value: object) -> str:
-    """Return a value as it is written, cut where it is long."""
+    """Return the repr of a value, shortened."""
     try:
         text = repr(value)
     except ValueError:  # Python writes no integers of more than 4300 digits
@@ -458,7 +457,7 @@ def _shown(value: object) -> str:
 
 
 def _known_keys(location: tuple[int | str, ...], model: type[BaseModel]) -> str:
-    """Return the keys that are allowed where an unknown one was found, if the model knows."""
+    """Return the allowed keys at the location of an unknown key, if known."""
     node: object = model
     for part in location[:-1]:
         if isinstance(part, int):
@@ -471,7 +470,7 @@ def _known_keys(location: tuple[int | str, ...], model: type[BaseModel]) -> str:
 
 
 def _as_mappings(value: object) -> Any:
-    """Return a section and the named tuples in it as mappings, to merge deltas with."""
+    """Return a section and its named tuples as mappings, for merging."""
     if isinstance(value, Section):
         return {name: _as_mappings(getattr(value, name)) for name in type(value).model_fields}
     return value._asdict() if hasattr(value, "_asdict") else value

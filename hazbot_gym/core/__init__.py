@@ -1,1 +1,1 @@
-"""The mathematics: pure functions of numbers and records, each beside its equation and source."""
+"""Core mathematics: pure functions of numbers and records, with equation and source."""

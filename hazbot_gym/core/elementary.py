@@ -1,8 +1,8 @@
-"""Sine, cosine and exponential in plain arithmetic, for loops over many worlds.
+"""Vectorizable sine, cosine and exponential in plain arithmetic.
 
-A compiler turns a loop into vector instructions only if nothing in it is called, and the functions
-of the C library are. Sine and cosine come within two units of the last place of them; and all give
-the same bits on every machine, whichever C library it has.
+A compiler vectorizes a loop only without calls, such as those to the C library. Sine and cosine
+agree with the C library within two units in the last place; and all give the same bits on every
+machine.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ _C1, _C2, _C3 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015
 _C4, _C5, _C6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11
 
 _1_3, _1_5, _1_6, _1_7, _1_9, _1_10, _1_11 = (1.0 / n for n in (3, 5, 6, 7, 9, 10, 11))
-DEEPEST = -64.0  # exponents below this count as this: e^-64 is nil beside any force or distance
+DEEPEST = -64.0  # lower bound of exponents: e^-64 is negligible beside any force or distance
 
 
 @scalar
 def sin_cos(angle: float) -> tuple[float, float]:
     """Return sine and cosine of an angle [rad]; exact to 2e-16 up to some 10^5 turns.
 
-    With the nearest k pi/2 taken away, what is left is at most pi/4, where polynomials serve.
+    Range reduction by the nearest k pi/2 to at most pi/4, then polynomials.
     """
     k = np.floor(angle * _TO_QUARTERS + 0.5)
     r = ((angle - k * _HALF_PI_1) - k * _HALF_PI_2) - k * _HALF_PI_3
-    r = min(max(r, -0.8), 0.8)  # a loop that diverged must not leave [-1, 1]
+    r = min(max(r, -0.8), 0.8)  # stay in [-1, 1] for diverged arguments
     z = r * r
     sine = r + r * z * (_S1 + z * (_S2 + z * (_S3 + z * (_S4 + z * (_S5 + z * _S6)))))
     tail = z * z * (_C1 + z * (_C2 + z * (_C3 + z * (_C4 + z * (_C5 + z * _C6)))))

@@ -1,7 +1,7 @@
-"""People who come in as recorded: one record serves one person after another.
+"""Entries of recorded people: reuse of one record by consecutive people.
 
-A world then needs records for as many people as are there at once, not for all who ever come. Who
-they are stands with the place: each has a route, a time of entry and a speed, in order of entry.
+A world then needs only as many records as people present at once. The place holds the entries:
+route, time and speed of each person, in order of entry.
 """
 
 from __future__ import annotations
@@ -9,19 +9,19 @@ from __future__ import annotations
 from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.state import GONE, WAITING, PersonRecord, Place, Records
 
-PATIENCE_S = 5.0  # how long somebody waits for room to come in
-REST_S = 1.0  # between two people in a record, so that the tracker takes nobody for somebody else
+PATIENCE_S = 5.0  # longest wait for room at the entry
+REST_S = 1.0  # gap between two people in a record, so that the tracker separates them
 
 
 @scalar
 def seat(me: PersonRecord, place: Place, entry: int, start_s: float) -> None:
-    """Let a record be the person of an entry, waiting to come in.
+    """Assign a record to the person of an entry, waiting to enter.
 
     Args:
         me: PERSON record, changed; its reaction is kept.
-        place: With the entries.
+        place: Place with entries.
         entry: Row of the entry and of its route.
-        start_s: Moment of the recording at which the episode began [s].
+        start_s: Time of the recording at the start of the episode [s].
     """
     me.status, me.route, me.s = WAITING, entry, 0.0
     me.enters_s = place.entry_times_s[entry] - start_s
@@ -31,10 +31,10 @@ def seat(me: PersonRecord, place: Place, entry: int, start_s: float) -> None:
 
 @scalar
 def pass_on(people: Records, i: int, place: Place, now_s: float) -> None:
-    """Let the record of a person who is gone be the next who comes in, if there is one.
+    """Assign the record of a departed person to the next entry, if any.
 
-    Who finds no room for too long turns away: a robot that stands in an entrance would otherwise
-    keep ever more people waiting there, who would all come in at once.
+    A person without room to enter gives up after some time: otherwise a robot in an entrance would
+    accumulate waiting people, who would all enter at once.
     """
     me = people[i]
     if me.status == WAITING and now_s > me.enters_s + PATIENCE_S:

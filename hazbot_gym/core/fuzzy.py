@@ -1,8 +1,9 @@
 """Fuzzy inference: membership functions and the speed controller (paper section 3.2.3, eq 9).
 
-Terms and rules are arguments, as arrays; the paper's are stated in ``policies/fuzzy_expert.py``.
-The controller weighs singletons over rules as eq 9 prints it; Mamdani's centroid, for comparison,
-cannot reach standstill (SPEC A8). The fuzzy-PID wheel loop has its own file, ``core/fuzzy_pid.py``.
+Terms and rules are arguments, as arrays; the paper's are in ``policies/fuzzy_expert.py``. The
+controller averages singletons over rules as in eq 9; Mamdani's centroid, for comparison, cannot
+reach standstill (A8, docs/paper.md). The fuzzy-PID wheel loop has its own file,
+``core/fuzzy_pid.py``.
 """
 
 from __future__ import annotations
@@ -16,8 +17,8 @@ import numpy.typing as npt
 from hazbot_gym.core.jit import kernel, scalar
 from hazbot_gym.core.state import Floats
 
-NO_RULE_WEIGHT = 1e-12  # sum of rule weights below which no rule counts as fired (SPEC 3.4)
-CENTROID_POINTS = 101  # at which the output sets are evaluated (SPEC 3.1)
+NO_RULE_WEIGHT = 1e-12  # sum of rule weights below which no rule counts as fired
+CENTROID_POINTS = 101  # at which the output sets are evaluated
 
 
 @scalar
@@ -45,13 +46,13 @@ class SpeedRules(NamedTuple):
     Attributes:
         distance: (D, 3) terms of the distance R_r: centre, width left, width right [m].
         speed: (V, 3) terms of the person's speed V_j, likewise [m/s].
-        rules: (J, 4) one rule a row: distance term, speed term, pattern, kept fraction 1 - dV_j.
+        rules: (J, 4) one rule a row: distance term, speed term, pattern, speed factor 1 - dV_j.
         pattern_width: Width of Gaussian patterns around their codes; 0 = crisp patterns.
-        is_product: Whether rules join their premises by product instead of minimum.
-        sensitive_m: R_s, distance up to which the robot stands whatever the rules say [m].
+        is_product: Whether the t-norm of premises is the product instead of the minimum.
+        sensitive_m: R_s, distance up to which the robot stops regardless of rules [m].
         avoidance_m: R_max, distance beyond which people are ignored [m].
-        kept_width: Width of Gaussian output sets around the kept fractions, whose centroid is taken
-            then; 0 = singletons and eq 9.
+        kept_width: Width of Gaussian output sets around the speed factors, with centroid
+            defuzzification; 0 = singletons and eq 9.
     """
 
     distance: Floats
@@ -66,7 +67,7 @@ class SpeedRules(NamedTuple):
 
 @scalar
 def pattern_membership(pattern: int, code: int, width: float) -> float:
-    """Return how far a pattern matches a rule's; a person without one (-1) matches none."""
+    """Return the membership of a pattern in a rule's; no pattern (-1) matches none."""
     if pattern < 0:
         return 0.0
     if width == 0.0:
@@ -87,7 +88,7 @@ def _weight(
     """Return the weight w_j of rule j beside one person; arguments as of ``kept_fraction``."""
     near, fast, rules = controller.distance, controller.speed, controller.rules
     m3 = pattern_membership(pattern, int(rules[j, 2]), controller.pattern_width)
-    if m3 == 0.0:  # the rule does not fire, by minimum or by product
+    if m3 == 0.0:  # the rule does not fire, for both t-norms
         return 0.0
     r, v = int(rules[j, 0]), int(rules[j, 1])
     return rule_weight(
@@ -102,7 +103,7 @@ def _weight(
 def kept_fraction(
     distance_m: float, speed_mps: float, pattern: int, controller: SpeedRules
 ) -> float:
-    """Return the share of the nominal speed that the robot keeps beside one person (eq 9).
+    """Return the speed factor (share of the nominal speed) for one person (eq 9).
 
     dV = sum_j w_j dV_j / sum_j w_j, kept = 1 - dV. 1 beyond R_max or if no rule fires, 0 up to R_s.
 
@@ -149,9 +150,9 @@ def _centroid(distance_m: float, speed_mps: float, pattern: int, controller: Spe
 def kept_fractions(
     distances: Floats, speeds: Floats, patterns: npt.NDArray[np.int64], controller: SpeedRules
 ) -> Floats:
-    """Return for each row of people the smallest kept fraction: (N, K) arrays to (N,).
+    """Return the smallest speed factor of each row of people: (N, K) arrays to (N,).
 
-    A person who is not there has an infinite distance.
+    An absent person has an infinite distance.
     """
     kept = np.ones(distances.shape[0])
     for i in range(distances.shape[0]):

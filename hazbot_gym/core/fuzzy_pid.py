@@ -1,9 +1,9 @@
-"""The fuzzy-PID: Mamdani inference that sets the three gains of a wheel loop (paper eq 15).
+"""Fuzzy-PID: Mamdani inference of the three gains of a wheel loop (paper eq 15).
 
-The paper names 49 rules and prints none. Taken here are the usual textbook tables (SPEC section 5);
-they help only if they see the error as actual minus reference, the paper's convention of eq 10,
-hence sign -1 (SPEC A10). The running loop reads a bilinear table of the inference, within 0.03 of
-it on outputs of +-3.
+The paper mentions 49 rules and prints none. This module uses the usual textbook tables (Liu Jinkun,
+Advanced PID Control); they help only for the error as actual minus reference, the paper's
+convention of eq 10, hence sign -1 (A10, docs/paper.md). The running loop reads a bilinear table of
+the inference, within 0.03 of it on outputs of +-3.
 """
 
 from __future__ import annotations
@@ -22,9 +22,7 @@ from hazbot_gym.core.pid import PidGains
 from hazbot_gym.core.state import Floats
 
 LIMIT = 3.0  # inputs and outputs live on [-3, 3] (paper)
-WIDTH = (
-    0.4247  # of the Gaussian input terms, centres -3..3: neighbours cross at 0.5 (SPEC section 5)
-)
+WIDTH = 0.4247  # of the Gaussian input terms, centres -3..3: neighbours cross at 0.5
 POINTS = 101  # of the discretised output (MATLAB's default)
 GRID = 121  # of the bilinear table, each way
 
@@ -68,14 +66,14 @@ class FuzzyPid(NamedTuple):
     kp_span: Annotated[float, Ge(0)] = 3.0  # k_1, of the three outputs
     ki_span: Annotated[float, Ge(0)] = 1.0  # k_2
     kd_span: Annotated[float, Ge(0)] = 1.0  # k_3
-    sign: float = -1.0  # s: -1 shows the rules actual minus reference, +1 the reverse (SPEC A10)
+    sign: float = -1.0  # s: -1: rules see actual minus reference, +1: the reverse (A10)
 
 
 def rule_tables(tables: str = "textbook") -> npt.NDArray[np.int64]:
     """Return the output terms of kp, ki, kd as codes -3..3, shape (3, 7, 7): error by rate.
 
-    ``"symmetric"`` mirrors the half of negative errors onto the other, which the textbook does not:
-    its rules raise kp for negative errors only.
+    ``"symmetric"`` mirrors the half of negative errors to positive ones; the textbook's rules raise
+    kp for negative errors only.
     """
     rows = [block.split() for block in (_KP_RULES, _KI_RULES, _KD_RULES)]
     codes = np.array([[TERMS.index(term) - 3 for term in row] for row in rows]).reshape(3, 49)
@@ -127,7 +125,7 @@ def _tabulate(rules: npt.NDArray[np.int64]) -> Floats:
     return table
 
 
-@functools.cache  # the same for every environment, and takes longer than making the rest of one
+@functools.cache  # shared by all environments, as it takes long
 def gain_table(tables: str = "textbook") -> Floats:
     """Return the inference on a grid over [-3, 3]^2: (121, 121, 3), error by rate by output."""
     return _tabulate(rule_tables(tables))
@@ -139,7 +137,7 @@ def look_up(e: float, ec: float, table: Floats) -> tuple[float, float, float]:
     steps = 0.5 * (table.shape[0] - 1)
     u = (clip(e / LIMIT, -1.0, 1.0) + 1.0) * steps
     w = (clip(ec / LIMIT, -1.0, 1.0) + 1.0) * steps
-    # Held to the table from below too: a loop that diverged to nan must not read beside it.
+    # Clipped from below, too: a loop that diverged to NaN must not index outside the table.
     i = max(0, min(int(u), table.shape[0] - 2))
     j = max(0, min(int(w), table.shape[1] - 2))
     u, w = u - i, w - j

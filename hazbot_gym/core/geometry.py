@@ -1,7 +1,7 @@
 """Plane geometry: angles, distances to segments, lines of sight, and paths of lines and arcs.
 
-A path is a row of pieces of constant curvature (``PATH_PIECE``), so that the reference pose at any
-arc length has a closed form and a curvature that the tracking controller can feed forward.
+A path is a sequence of pieces of constant curvature (``PATH_PIECE``), so that the reference pose
+and curvature at any arc length have a closed form.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ def wrap_angle(angle: float) -> float:
 
 @scalar
 def clip(value: float, low: float, high: float) -> float:
-    """Return the value held between two bounds."""
+    """Return the value clipped to two bounds."""
     return min(max(value, low), high)
 
 
 @scalar
 def norm(x: float, y: float) -> float:
-    """Return the length of a vector; distances here need none of the care that slows hypot down."""
+    """Return the length of a vector; faster than hypot, without its protection against overflow."""
     return math.sqrt(x * x + y * y)
 
 
@@ -54,7 +54,7 @@ def nearest_on_segment(
 def may_be_near(
     px: float, py: float, x1: float, y1: float, x2: float, y2: float, reach: float
 ) -> bool:
-    """Tell whether a segment's box comes within reach of (px, py); if not, it does not itself."""
+    """Return True if a segment's bounding box is within reach of (px, py)."""
     is_near_x = min(x1, x2) - reach <= px and px <= max(x1, x2) + reach
     return is_near_x and min(y1, y2) - reach <= py and py <= max(y1, y2) + reach
 
@@ -63,7 +63,7 @@ def may_be_near(
 def segments_cross(
     ax: float, ay: float, bx: float, by: float, x1: float, y1: float, x2: float, y2: float
 ) -> bool:
-    """Tell whether the open segment a-b crosses the segment 1-2 (touching parallels do not)."""
+    """Return True if the open segment a-b crosses the segment 1-2 (touching parallels do not)."""
     rx, ry = bx - ax, by - ay
     sx, sy = x2 - x1, y2 - y1
     cross = rx * sy - ry * sx
@@ -76,7 +76,7 @@ def segments_cross(
 
 @scalar
 def is_in_sight(ax: float, ay: float, bx: float, by: float, walls: Floats) -> bool:
-    """Tell whether no wall stands between two points; walls: (W, 4) [m]."""
+    """Return True if no wall is between two points; walls: (W, 4) [m]."""
     for i in range(walls.shape[0]):
         if segments_cross(ax, ay, bx, by, walls[i, 0], walls[i, 1], walls[i, 2], walls[i, 3]):
             return False
@@ -95,7 +95,7 @@ def path_length(path: Records) -> float:
 
 @scalar
 def piece_at(path: Records, s: float) -> int:
-    """Return which piece of a path has arc length s on it."""
+    """Return the index of the piece of a path at arc length s."""
     i = 0
     while i + 1 < path.shape[0] and s >= path[i + 1].s:
         i += 1
@@ -169,7 +169,7 @@ def straight_path(points: Floats, corner_radius_m: float = 1.0) -> Records:
         raise ValueError(f"point {i + 1} and point {i + 2} coincide at {points[i].tolist()}")
     headings = np.arctan2(legs[:, 1], legs[:, 0])
     turns = np.array([wrap_angle(b - a) for a, b in itertools.pairwise(headings)])
-    cut = corner_radius_m * np.tan(np.abs(turns) / 2.0)  # what a rounding takes from each leg
+    cut = corner_radius_m * np.tan(np.abs(turns) / 2.0)  # length of each leg used by a rounding
     left_over = lengths - np.append(cut, 0.0) - np.append(0.0, cut)
     if not np.all(left_over >= -1e-12):
         raise ValueError(_too_sharp(points, corner_radius_m, cut, int(np.argmin(left_over))))
@@ -183,7 +183,7 @@ def straight_path(points: Floats, corner_radius_m: float = 1.0) -> Records:
 
 
 def _too_sharp(points: Floats, radius_m: float, cut: Floats, leg: int) -> str:
-    """Say which corner beside a leg takes more of it than there is."""
+    """Return the message about a corner whose rounding exceeds its leg."""
     k = max((k for k in (leg - 1, leg) if 0 <= k < len(cut)), key=lambda k: cut[k])
     corner = f"corner {k + 1} at {points[k + 1].tolist()}"
     if cut[k] > 1000.0 * radius_m:

@@ -1,21 +1,20 @@
-"""How the mathematics is compiled, in one place.
+"""JIT compilation of kernels with numba, and its cache.
 
 Three kinds of functions are used throughout the library:
 
 - ``scalar``: a pure formula on numbers. Plain Python when called from Python, inlined machine code
   when called from a kernel; the same source can be compiled for a GPU.
-- ``routine``: the same for a larger piece, which stays a call.
+- ``routine``: a larger formula that is not inlined.
 - ``kernel``: a compiled loop over arrays, called from Python and cached on disk; ``lean_kernel``
   where it allocates nothing.
 
-numba looks only at the kernel's own file to decide whether a cached binary is still valid, although
-the binary contains code of every formula that the kernel calls. Kernels are therefore stamped with
-the contents of every file that their own imports (``sources``).
+numba checks only the kernel's own file to validate a cached binary, although the binary contains
+code of every called formula. Kernels are therefore stamped with the contents of all files in their
+import closure (``sources``).
 
-Binaries are kept where numba keeps them: in ``NUMBA_CACHE_DIR``, beside the package, or in the
-user's cache. Where none can be written, they are kept in a private folder among the system's
-temporary files, or else not at all. With ``NUMBA_DISABLE_JIT=1`` everything is plain Python, to be
-debugged; the numbers are the same, to rounding.
+Binaries are cached in numba's locations: ``NUMBA_CACHE_DIR``, beside the package, or the user's
+cache. If none is writable, a private temporary folder is used, or no cache. With
+``NUMBA_DISABLE_JIT=1`` everything is plain Python for debugging, with equal numbers up to rounding.
 """
 
 from __future__ import annotations
@@ -41,11 +40,11 @@ from hazbot_gym.core import notice, sources
 PACKAGE = Path(__file__).parent.parent
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-# Robots, or people, that are computed side by side. Vector instructions take 4 or 8 of them; loops
-# of 8 are unrolled before the compiler looks for vectors, loops of 16 are not.
+# Robots or people per vectorized loop. Vector instructions process 4 or 8 of them; loops of 8 are
+# unrolled before vectorization, loops of 16 are not.
 LANES = 16
 
-# Formulas are called by kernels alone, never through Python's or C's calling convention.
+# Formulas are called by kernels only, never through Python's or C's calling convention.
 _INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 _settings: Any = numba.config
@@ -56,16 +55,15 @@ notice.install()
 def scalar(function: Function) -> Function:
     """Mark a formula that kernels may call; from Python it stays a plain Python function.
 
-    It is inlined wherever it is used. The compiler makes vector instructions of a loop only if
-    nothing in it is called; and a call that hands over worlds or parameters, which are hundreds of
-    words, costs more than most formulas.
+    It is always inlined: loops with calls are not vectorized, and a call with worlds or parameters,
+    hundreds of words, costs more than most formulas.
     """
     compiled: Function = register_jitable(forceinline=True, **_INNER)(function)
     return compiled
 
 
 def routine(function: Function) -> Function:
-    """Mark a larger piece like ``scalar``, but leave it a call: it is compiled once for all."""
+    """Mark a larger piece like ``scalar``, but do not inline it: it is compiled once."""
     compiled: Function = register_jitable(**_INNER)(function)
     return compiled
 
@@ -82,9 +80,9 @@ def kernel(function: Function) -> Function:
 def lean_kernel(function: Function) -> Function:
     """Compile like ``kernel``, without counting references to arrays.
 
-    Every view of an array counts one up and down, atomically. Where views are many that costs as
-    much as the formulas, and makes threads wait for each other. Such a kernel allocates nothing.
-    Formulas are compiled once for all lean kernels, and once more for the others.
+    Reference counts of array views are atomic; many views cost as much as the formulas and make
+    threads contend. Such a kernel must not allocate. Formulas are compiled once for all lean
+    kernels, and once more for the others.
     """
     return _compile(function, is_counting=False)
 
@@ -119,7 +117,7 @@ def _run_plain(function: Callable[..., object], *arguments: object) -> object:
 
 
 def _with_attributes(argument: object) -> Any:
-    """Return arrays of records, also those in tuples, as arrays whose records have attributes."""
+    """Convert arrays of records, also in tuples, to arrays with attribute access."""
     if isinstance(argument, np.ndarray) and argument.dtype.names:
         return argument.view(np.recarray)
     if isinstance(argument, tuple):
@@ -129,7 +127,7 @@ def _with_attributes(argument: object) -> Any:
 
 
 def _with_cache(function: Any, options: dict[str, Any]) -> Any:
-    """Return a compiled function whose binary is kept where that is possible."""
+    """Return a compiled function with a cache, if possible."""
     for folder in (lambda: _settings.CACHE_DIR, _private_folder):
         try:
             with _caching_in(folder()):
@@ -152,9 +150,9 @@ def _caching_in(folder: str) -> Iterator[None]:
 
 @functools.cache
 def _private_folder() -> str:
-    """Return a folder that only this user can write, empty if there is none; say so once.
+    """Return a cache folder writable by this user only, or "" with a single warning.
 
-    What is kept is unpickled when it is loaded, so nobody else may have written it.
+    Cached files are unpickled on loading, so that no other user may write them.
     """
     name = PACKAGE.name
     message = f"{name}: no folder to keep compiled code in can be written, so each run compiles"
@@ -169,13 +167,13 @@ def _private_folder() -> str:
             message = f"{name}: compiled code is kept in {folder}, no better place can be written"
     except OSError:
         pass
-    if multiprocessing.parent_process() is None:  # workers need not repeat it
+    if multiprocessing.parent_process() is None:  # not repeated by workers
         logging.getLogger(name).warning(f"{message}; NUMBA_CACHE_DIR names another")
     return folder
 
 
-# What unpickling raises on a file that is damaged, or that another version left, whose classes are
-# not there now: numba looks at the stamp only after it has unpickled the types of the arguments.
+# Exceptions of unpickling a damaged file, or one of another version with missing classes: numba
+# checks the stamp only after unpickling the types of the arguments.
 _UNUSABLE = (
     AttributeError, EOFError, ImportError, IndexError, KeyError, MemoryError, OSError, TypeError,
     ValueError, pickle.UnpicklingError,
@@ -183,7 +181,7 @@ _UNUSABLE = (
 
 
 def _load_index(load: Callable[[], dict[object, object]]) -> dict[object, object]:
-    """Return what is cached, nothing where that cannot be read."""
+    """Return the cache index, empty if unreadable."""
     try:
         return load()
     except _UNUSABLE:
@@ -191,7 +189,7 @@ def _load_index(load: Callable[[], dict[object, object]]) -> dict[object, object
 
 
 def _load_data(load: Callable[[str], object], name: str) -> object:
-    """Return a binary; numba compiles anew where the file is not there."""
+    """Return a binary, or None to recompile if the file is missing."""
     try:
         return load(name)
     except _UNUSABLE as error:
@@ -199,7 +197,7 @@ def _load_data(load: Callable[[str], object], name: str) -> object:
 
 
 def _save(save: Callable[[object, object], None], signature: object, binary: object) -> None:
-    """Keep a binary, if the disk is not full: it works either way."""
+    """Save a binary; a full disk is ignored."""
     try:
         save(signature, binary)
     except OSError:

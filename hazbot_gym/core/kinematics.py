@@ -1,8 +1,8 @@
 """Kinematics of the robot: two driven front wheels and a passive castor behind (paper eqs 1-6, 13).
 
 Frame: x forward, y left, theta counter-clockwise, origin M in the middle of the driven axle. Wheel
-1 is the RIGHT one and L the full track: the paper's labels read otherwise, its equations and
-numbers do not (SPEC A1, A2). The castor follows passively and does not change the motion. Left out:
+1 is the RIGHT one and L the full track: the paper's labels differ, its equations and numbers do not
+(A1, A2, docs/paper.md). The castor follows passively and does not change the motion. Left out:
 slip.
 """
 
@@ -24,7 +24,7 @@ class Chassis(NamedTuple):
     """Dimensions of the robot (paper section 2), in the paper's symbols."""
 
     r: Annotated[float, Gt(0)] = 0.200  # radius of a driven wheel [m]
-    L: Annotated[float, Gt(0)] = 0.438  # track, from wheel to wheel [m] (SPEC A2)
+    L: Annotated[float, Gt(0)] = 0.438  # track width [m] (A2)
     L1: Annotated[float, Gt(0)] = 0.214  # with L2: from M back to the castor's pivot [m]
     L2: Annotated[float, Gt(0)] = 0.172
     L3: Annotated[float, Gt(0)] = 0.046  # from the castor's pivot to its wheel [m]
@@ -84,7 +84,7 @@ def turning_radius(rho: float, chassis: Chassis) -> float:
 def wheel_ratio(radius_m: float, chassis: Chassis) -> float:
     """Return the wheel ratio rho = w1/w2 of a circle of radius R, left turns positive (eq 4).
 
-    rho = (2R + L)/(2R - L); 1 for an infinite radius, infinite where the left wheel stands.
+    rho = (2R + L)/(2R - L); 1 for an infinite radius, infinite if the left wheel stands.
     """
     if math.isinf(radius_m):
         return 1.0
@@ -96,7 +96,7 @@ def wheel_ratio(radius_m: float, chassis: Chassis) -> float:
 
 @scalar
 def castor_reach(beta: float, chassis: Chassis) -> float:
-    """Return D(beta) = L1 + L2 + L3/cos(beta) [m]: from M back to where the castor's axle aims."""
+    """Return D(beta) = L1 + L2 + L3/cos(beta) [m]: from M back to the castor's axle."""
     return chassis.L1 + chassis.L2 + chassis.L3 / math.cos(beta)
 
 

@@ -1,8 +1,8 @@
-"""The grayscale sensor below the robot: eight lamps in a row that see the line on the floor.
+"""Grayscale line sensor below the robot: eight lamps in a row over the line on the floor.
 
 The paper computes the robot's offset from "the eight light states of the grayscale sensor" (section
 5.2) and prints neither spacing nor formula. Here a lamp is lit while it is above the line, and the
-offset is the mean place of those that are; with none lit, the last offset is kept. Left out: the
+offset is the mean position of lit lamps; with none lit, the last offset is kept. Left out: the
 slant of the line under a turned robot, and gray between black and white.
 """
 
@@ -20,21 +20,21 @@ LAMPS = 8  # (paper section 5.2)
 class LineSensor(NamedTuple):
     """A row of lamps across the robot, centred on M; our choice of lengths."""
 
-    pitch_m: Annotated[float, Ge(0)] = 0.0  # from lamp to lamp; 0: no sensor, the error is known
+    pitch_m: Annotated[float, Ge(0)] = 0.0  # spacing of lamps; 0: no sensor, exact error
     line_m: Annotated[float, Gt(0)] = 0.02  # width of the line
 
 
 @scalar
 def seen_offset(y_e: float, last_m: float, sensor: LineSensor) -> float:
-    """Return the cross-track error as the lamps tell it [m].
+    """Return the cross-track error measured by the lamps [m].
 
     Lamp k = 0..7 is at p_k = (k - 3.5) pitch to the left of M, the line at -y_e; lit are those with
     |p_k + y_e| <= line/2, and y_e is seen as minus their mean place.
 
     Args:
         y_e: Cross-track error, left of the line positive [m].
-        last_m: What was seen before [m].
-        sensor: Of the robot.
+        last_m: Previous measurement [m].
+        sensor: Sensor geometry.
     """
     lit, places_m = 0, 0.0
     for k in range(LAMPS):

@@ -1,9 +1,8 @@
 """Counter-based noise: every random number is a pure function of (key, stream, step, index).
 
-Two policies on the same scenario then meet the same noise however differently they act, both
-engines agree, and worlds can be stepped in any order. The generator is Philox4x32-10 (Salmon,
-Moraes, Dror and Shaw 2011, "Parallel random numbers: as easy as 1, 2, 3"), checked against its
-published known answers.
+So noise does not depend on the policy's actions, both engines agree, and worlds can be stepped in
+any order. The generator is Philox4x32-10 (Salmon, Moraes, Dror and Shaw 2011, "Parallel random
+numbers: as easy as 1, 2, 3"), checked against its published known answers.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ import numpy as np
 
 from hazbot_gym.core.jit import scalar
 
-# Streams: who draws. A new consumer takes a new number; a used one never changes its meaning.
+# Streams: consumers of noise. A new consumer takes a new number; existing numbers are fixed.
 SCENARIO, WHEELS, SONAR, TRACKER, CROWD = 1, 2, 3, 4, 5
 
 _MULTIPLIER_0 = np.uint64(0xD2511F53)
@@ -78,7 +77,7 @@ def normal_pair(u1: float, u2: float) -> tuple[float, float]:
 
 @scalar
 def noise_value(u1: float, u2: float, half_width: float, is_gaussian: bool) -> float:
-    """Return zero-mean sensor noise of a half width (SPEC section 6).
+    """Return zero-mean sensor noise of a half width.
 
     Uniform in +-half_width, or Gaussian with sigma = half_width / 2.
     """

@@ -1,7 +1,7 @@
-"""One line a process when kernels are compiled: the first use of each takes its time.
+"""Compile message: one line per process when kernels are compiled, which takes time.
 
-It goes through ``logging``, which prints it on stderr where nobody has set logging up. Kernels that
-come from the cache on disk say nothing.
+It uses ``logging``, which prints to stderr by default. Kernels from the disk cache cause no
+message.
 """
 
 from __future__ import annotations
@@ -16,29 +16,29 @@ MESSAGE = f"{_PACKAGE}: compiling kernels that are not in the cache yet; takes u
 
 
 class Notice(event.Listener):
-    """Listens to numba's compiler.
+    """Listener of numba's compiler events.
 
     Attributes:
-        has_spoken: Whether the line has been printed, or is not to be.
+        has_spoken: Whether the line was printed, or is suppressed.
     """
 
     def __init__(self) -> None:
         self.has_spoken = False
 
     def on_start(self, compilation: Any) -> None:
-        """Speak up at the first function of this package."""
+        """Print the line at the first function of this package."""
         module = compilation.data["dispatcher"].py_func.__module__
         if module.partition(".")[0] == _PACKAGE and not self.has_spoken:
             self.has_spoken = True
             logging.getLogger(_PACKAGE).warning(MESSAGE)
 
     def on_end(self, compilation: object) -> None:
-        """Say nothing."""
+        """Do nothing."""
 
 
-NOTICE = Notice()  # of this process; one whose parent has spoken says nothing more
+NOTICE = Notice()  # of this process; silent if the parent printed the line
 
 
 def install() -> None:
-    """Announce the first compilation from now on."""
+    """Install the listener."""
     event.register("numba:compile", NOTICE)  # type: ignore[no-untyped-call]

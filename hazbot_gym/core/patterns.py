@@ -1,10 +1,9 @@
-"""The paper's walking patterns from geometry: what a person in front of the robot is about to do.
+"""Classification of the paper's walking patterns from relative geometry.
 
-The paper names four patterns (crossing, encountering, leading, confronting) but not how they are
-told apart. Here they follow from the difference of the headings, the bearing, and how near the two
-would pass if both kept their velocity. Patterns in real tracks are counted by the same definition
-(task/pattern_events.py), to which walking beside each other is a fifth pattern. Standing people are
-not in those counts, but a robot must not drive into them: they have a rule of their own.
+The paper names four patterns (crossing, encountering, leading, confronting) without a definition.
+Here they follow from heading difference, bearing, and miss distance at constant velocities.
+Patterns in real tracks are counted by the same definition (task/pattern_events.py), with walking
+side by side as a fifth pattern. Standing people are not in those counts, but have a separate rule.
 
 Left out: curved paths, groups, and memory; the tracker holds a label over time.
 """
@@ -29,7 +28,7 @@ from hazbot_gym.core.state import (
 
 
 class Thresholds(NamedTuple):
-    """Where one pattern ends and the next begins: our choices, the same as in the track counts."""
+    """Thresholds between patterns: our choices, the same as in the track counts."""
 
     front_rad: Annotated[float, Gt(0)] = math.radians(90.0)  # largest bearing, to each side
     aligned_rad: Annotated[float, Gt(0)] = math.radians(45.0)  # headings alike; bearing "ahead"
@@ -62,7 +61,7 @@ def closest_approach(px: float, py: float, vx: float, vy: float) -> tuple[float,
 def classify_walking(
     px: float, py: float, theta: float, speed: float, vx: float, vy: float, thresholds: Thresholds
 ) -> int:
-    """Return the pattern of somebody who walks in front of a moving robot, else NO_PATTERN.
+    """Return the pattern of a person walking in front of a moving robot, else NO_PATTERN.
 
     Headings within 45 deg: LEADING if ahead, else BESIDE. Headings 135 deg apart or more, and
     closing: CONFRONTING if the constant-velocity miss distance is at most 0.6 m, else ENCOUNTERING.
@@ -72,10 +71,10 @@ def classify_walking(
         px: Position of the person relative to the robot, world axes [m].
         py: The same, other axis [m].
         theta: Heading of the robot [rad].
-        speed: Its speed; what it intends, where a stopped robot should keep its labels [m/s].
+        speed: Its speed; the intended speed to keep labels of a stopped robot [m/s].
         vx: Velocity of the person, world axes [m/s].
         vy: The same, other axis [m/s].
-        thresholds: Where the patterns end.
+        thresholds: Thresholds between patterns.
     """
     both_move = speed > thresholds.moving_mps and norm(vx, vy) > thresholds.moving_mps
     ahead, left = _in_robot_frame(px, py, theta)
@@ -96,7 +95,7 @@ def classify_walking(
 
 @scalar
 def classify_standing(px: float, py: float, theta: float, thresholds: Thresholds) -> int:
-    """Return the pattern of somebody who stands in front of the robot, else NO_PATTERN.
+    """Return the pattern of a person standing in front of the robot, else NO_PATTERN.
 
     Standing in the robot's way is CONFRONTING, beside its way ENCOUNTERING.
     The arguments are those of ``classify_walking``.
@@ -111,7 +110,7 @@ def classify_standing(px: float, py: float, theta: float, thresholds: Thresholds
 def classify(
     px: float, py: float, theta: float, speed: float, vx: float, vy: float, thresholds: Thresholds
 ) -> int:
-    """Return the pattern of somebody who walks or stands in front of the robot, else NO_PATTERN.
+    """Return the pattern of a walking or standing person in front of the robot, else NO_PATTERN.
 
     The arguments are those of ``classify_walking``.
     """

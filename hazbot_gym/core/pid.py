@@ -1,9 +1,8 @@
-"""The wheel loop: PID control (paper eq 14) of a motor whose two wheels do not match.
+"""Wheel loop: PID control (paper eq 14) of two mismatched motors.
 
 The paper gives no motor. Its tracking figures are reproduced by a first-order lag with wheels of
-unequal strength (SPEC section 5 and A11); the plants there are fits to the published numbers, not
-measurements.
-Left out: friction, motor current and load.
+unequal strength (A11, docs/paper.md section 5.2a); the plants are fits to the published numbers,
+not measurements. Left out: friction, motor current and load.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ class Plant(NamedTuple):
     """Two motors, T1 dw/dt = -w + K_i u: right with K_1 = K (1 + a), left with K_2 = K (1 - a)."""
 
     K: Annotated[float, Gt(0)] = 2.0  # gain: wheel speed per unit of motor input [rad/s]
-    T1: Annotated[float, Gt(0)] = 3.0  # time constant, T in the SPEC [s]
+    T1: Annotated[float, Gt(0)] = 3.0  # time constant [s]
     T2: Annotated[float, Ge(0)] = 0.0  # extra lag between controller and motor, 0 = none [s]
     Tf: Annotated[float, Ge(0)] = 0.05  # of the filter on the derivative of the error [s]
     a: Annotated[float, Gt(-1), Lt(1)] = -0.25  # mismatch; negative: the right wheel is weaker
@@ -30,9 +29,9 @@ class Plant(NamedTuple):
 
 PLANTS = {
     "A": Plant(),  # the default
-    "B": Plant(T1=3.5, T2=0.1),  # nearest to the paper's fuzzy-PID figures
+    "B": Plant(T1=3.5, T2=0.1),  # closest to the paper's fuzzy-PID figures
     "A0": Plant(a=0.0),  # matched wheels
-    "C": Plant(K=1.5, T1=2.0, a=-0.33),  # nearest to all eight figures of the paper
+    "C": Plant(K=1.5, T1=2.0, a=-0.33),  # closest to all eight figures of the paper
 }
 
 

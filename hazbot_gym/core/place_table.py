@@ -1,4 +1,4 @@
-"""Several places as one set of arrays, so that a kernel can pick one for each world."""
+"""Table of places: padded arrays, from which a kernel selects one place per world."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Post-encroachment time of a robot and a person whose ways cross (Allen, Shin and Cooper 1978)."""
+"""Post-encroachment time of a robot and a person on crossing paths (Allen, Shin, Cooper 1978)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ACROSS = 0.7  # |sin| of the angle between two ways from which on they cross: 45
 def post_encroachment_time(
     time_s: Floats, pose: Floats, person_time_s: Floats, person: Floats, reach: float
 ) -> float:
-    """Return the least time between one leaving and the other reaching a place that both cross [s].
+    """Return the post-encroachment time [s]: from leaving to reaching a shared place, at least.
 
     ``min |t - t'|`` over the instants at which ``|p(t) - q(t')| < reach`` and the ways cross:
     ``|sin| >= 0.7`` of the angle between the robot's heading and the person's velocity. Infinite if

@@ -1,8 +1,8 @@
-"""Personal space: Hall's zones, and how deeply somebody's is entered.
+"""Proxemics: Hall's zones, and the depth of intrusion into personal space.
 
 Source: E. T. Hall, The Hidden Dimension (1966), the distances that the paper builds its avoidance
-interval on (section 3.2.1). Distances here are clearances, between surfaces: people feel the
-nearest part of a robot, not its centre.
+interval on (section 3.2.1). Distances here are clearances, between surfaces: the nearest part of
+the robot matters, not its centre.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ PHASE_NAMES = tuple(
 
 @scalar
 def intrusion_depth(clearance_m: float) -> float:
-    """Return how deeply personal space is entered: 0 from 1.2 m on, 1 from 0.45 m inward.
+    """Return the depth of intrusion into personal space: 0 from 1.2 m on, 1 from 0.45 m inward.
 
-    Linear across the personal zone, so that the zones grade into each other instead of switching.
+    Linear across the personal zone, for a continuous transition.
     """
     return clip((PERSONAL_M - clearance_m) / (PERSONAL_M - INTIMATE_M), 0.0, 1.0)

@@ -1,8 +1,7 @@
 """Recordings of people as arrays, and the lookup of a person at a step, for kernels.
 
 Positions are kept person by person, so that memory goes with the number of sightings. A slot serves
-one person after another: a world needs records for as many people as are there at once, not for all
-who ever come.
+consecutive people: a world needs only as many records as people present at once.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ class Stretch(NamedTuple):
 
     start: int  # step of the recording at which the episode begins
     steps: int  # from there to the recording's end
-    slots: Ints  # (S + 1,) and the rest as in ``RecordedTable``
+    slots: Ints  # (S + 1,) and below as in ``RecordedTable``
     firsts: Ints
     offsets: Ints
     positions: Floats
@@ -79,7 +78,7 @@ def stay_at(stretch: Stretch, slot: int, step: int) -> int:
 def rows_of(stretch: Stretch, stay: int, step: int) -> tuple[int, int]:
     """Return the row of a stay's position at a step, and the row after its last.
 
-    Nobody is there, or no more, if the first is not below the second.
+    The person is absent if the first is not below the second.
     """
     if stay < 0:
         return 0, 0

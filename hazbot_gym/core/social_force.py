@@ -1,13 +1,13 @@
-"""Social forces: how people walk among people, walls and a robot (paper eqs 7, 8a made to run).
+"""Social force model of people among people, walls and a robot (paper eqs 7, 8a).
 
     dv/dt = (v0 e - v)/tau + sum_b w(e, f_b) f_b + sum_walls f_w + w(e, f_r) f_r + f_sidestep
 
 All terms are accelerations: mass is left out as in Helbing and Molnar 1995, "Social force model for
 pedestrian dynamics", Phys. Rev. E 51, 4282 (HM95). Four constants are calibrated on people recorded
-in corridors (``calibration/fit.py``, docs/people.md), the others theirs unless a line says so.
+in corridors (``calibration/fit.py``, docs/people.md), the others are those of HM95 unless noted.
 The elliptical repulsion takes the relative step (Johansson, Helbing and Shukla 2007, "Specification
-of the social force pedestrian model by evolutionary adjustment to video tracking data", eq 5),
-which lets people see each other coming. Left out: groups, and panic.
+of the social force pedestrian model by evolutionary adjustment to video tracking data", eq 5), so
+that people anticipate each other. Left out: groups, and panic.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ class SocialForce(NamedTuple):
     speed_limit_ratio: Annotated[float, Ge(1)] = 1.3  # v_max / v0 (HM95)
     person_strength_mps2: Annotated[float, Ge(0)] = 4.91  # V0/sigma (calibrated; HM95: 7)
     person_range_m: Annotated[float, Gt(0)] = 0.0685  # sigma (calibrated; HM95: 0.3 m)
-    step_time_s: Annotated[float, Ge(0)] = 2.3  # how far ahead a step is seen (calibrated)
+    step_time_s: Annotated[float, Ge(0)] = 2.3  # step time (calibrated)
     wall_strength_mps2: Annotated[float, Ge(0)] = 5.0  # U0/R; HM95: 50, for wide halls
     wall_range_m: Annotated[float, Gt(0)] = 0.1  # R; HM95: 0.2 m
     robot_strength_mps2: Annotated[float, Ge(0)] = 7.0  # as HM95 towards a person: nobody recorded
     robot_range_m: Annotated[float, Gt(0)] = 0.3  # met a robot
-    anisotropy: Annotated[float, Ge(0), Le(1)] = 0.5  # c, weight of what is out of view (HM95)
+    anisotropy: Annotated[float, Ge(0), Le(1)] = 0.5  # c, weight outside the field of view (HM95)
     view_angle_rad: Annotated[float, Gt(0)] = math.radians(100.0)  # phi, to each side (HM95)
     sidestep_mps2: Annotated[float, Ge(0)] = 0.812  # stepping aside when met head-on (calibrated)
     sidestep_range_m: Annotated[float, Gt(0)] = 3.0  # from where on (surface to surface)
@@ -56,9 +56,9 @@ HELBING_MOLNAR_1995 = SocialForce(  # as published, for people who meet outdoors
 
 
 class Reaction(NamedTuple):
-    """How a person answers to the robot; named after the reactions of HuNavSim."""
+    """Reaction of a person to the robot; named after the reactions of HuNavSim."""
 
-    gain: Annotated[float, Ge(0)] = 1.0  # multiplies the repulsion from the robot
+    gain: Annotated[float, Ge(0)] = 1.0  # factor of the repulsion from the robot
     range_m: Annotated[float, Ge(0)] = 4.0  # clearance from which the robot is noticed
     attraction_mps2: Annotated[float, Ge(0)] = 0.0  # pull towards it (eq 8a's F_att), beyond 1.2 m
 
@@ -84,7 +84,7 @@ def goal_force(
 def elliptical_repulsion(
     nx: float, ny: float, distance: float, sx: float, sy: float, strength: float, range_m: float
 ) -> tuple[float, float]:
-    """Return the repulsion from somebody at -r who steps by s relative to oneself [m/s^2].
+    """Return the elliptical repulsion of another person at -r with relative step s [m/s^2].
 
     f = -grad_r V(b), V = V0 exp(-b/sigma), 2b = sqrt((|r| + |r - s|)^2 - |s|^2)   (HM95 eqs 3, 4)
       = V0/sigma exp(-b/sigma) (|r| + |r - s|)/(4b) (r/|r| + (r - s)/|r - s|)
@@ -103,7 +103,7 @@ def elliptical_repulsion(
     total = distance + ahead
     b = 0.5 * math.sqrt(max(total * total - sx * sx - sy * sy, 1e-8))
     magnitude = strength * decay(-b / range_m) * total / (4.0 * b)
-    # Near the axis of the ellipse the gradient grows without bound; nobody accelerates beyond that.
+    # Near the axis of the ellipse the gradient is unbounded; this caps the acceleration.
     magnitude = min(magnitude, strength)
     share = magnitude / ahead
     return magnitude * nx + share * ahead_x, magnitude * ny + share * ahead_y
@@ -137,11 +137,11 @@ def wall_force(
 def sidestep_force(
     nx: float, ny: float, ex: float, ey: float, gap_m: float, force: SocialForce
 ) -> tuple[float, float]:
-    """Return the acceleration with which a walker steps aside for an obstacle ahead [m/s^2].
+    """Return the side-step acceleration of a walker for an obstacle ahead [m/s^2].
 
-    Central repulsion alone leaves two who meet exactly head-on facing each other. The step is taken
-    across the walking direction e, to the side on which one already is, to the right when in doubt,
-    and the harder the nearer and the more head-on: a (1 - gap/range) cos(bearing)^4.
+    With central repulsion alone, two exactly head-on walkers block each other. The step is
+    perpendicular to the walking direction e, away from the obstacle, to the right if aligned, and
+    stronger for nearer and more frontal obstacles: a (1 - gap/range) cos(bearing)^4.
 
     Args:
         nx: Unit vector from the walker to the obstacle's centre.

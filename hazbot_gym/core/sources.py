@@ -1,7 +1,7 @@
-"""The source files that compiled code can have come from: a module and all that it imports.
+"""Import closure of a module: all source files of its compiled code.
 
 numba inlines formulas of other files into a kernel, so a cached binary is valid as long as none of
-these files has changed. Contents count, not times: a fresh checkout of the same code compiles
+these files has changed. Hashes use contents, not times: a fresh checkout of the same code compiles
 nothing.
 """
 

@@ -1,4 +1,4 @@
-"""Speed and separation monitoring (ISO/TS 15066): how near may a moving robot be?
+"""Speed and separation monitoring (SSM, ISO/TS 15066): protective separation distance.
 
 Constant braking a is assumed. Formula after Marvel and Norcross (2017), Implementing speed and
 separation monitoring in collaborative robot workcells. Left out: the difference between the
@@ -52,7 +52,7 @@ def permitted_speed(
     Args:
         c: Clearances, surface to surface, any shape [m].
         ssm: Parameters.
-        approach_mps: v_h where it is measured, of the same shape; that of the parameters if None.
+        approach_mps: v_h if measured, of the same shape; the parameters' value if None.
     """
     a, t_r = ssm.braking_mps2, ssm.reaction_s
     v_h = np.asarray(ssm.approach_mps if approach_mps is None else approach_mps, dtype=np.float64)

@@ -1,8 +1,8 @@
-"""The nouns: what a robot, a wheel, a person, a track and a place are, as records in arrays.
+"""State records: robot, wheel, person, track and place as record arrays.
 
-Both engines, the sensors, the observation and the reward speak of these records and of nothing
-else. SI units, radians counter-clockwise, x forward, y left. A record array is passed to kernels as
-it is; in kernels its fields are attributes (``people[i].vx``).
+Both engines, the sensors, the observation and the reward use these records only. SI units, radians
+counter-clockwise, x forward, y left. A record array is passed to kernels as it is; in kernels its
+fields are attributes (``people[i].vx``).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Records = npt.NDArray[np.void]
 
-# --- bodies (DESIGN section 2; the robot's mass: paper) ------------------------------------------
+# --- bodies (the robot's mass: paper) ------------------------------------------------------------
 
 ROBOT_RADIUS_M, ROBOT_MASS_KG = 0.30, 34.0
 PERSON_RADIUS_M, PERSON_MASS_KG = 0.20, 80.0  # mass: Helbing, Farkas and Vicsek 2000
@@ -30,14 +30,14 @@ ROBOT = np.dtype(
         ("theta", "f8"),  # heading, not wrapped [rad]
         ("v", "f8"),  # actual linear velocity [m/s]
         ("omega", "f8"),  # actual yaw rate [rad/s]
-        ("command", "f8"),  # speed the policy asked for last [m/s]
-        ("obeyed", "f8"),  # speed the drive is asked for now: the same, a latency later [m/s]
+        ("command", "f8"),  # last commanded speed [m/s]
+        ("obeyed", "f8"),  # effective command of the drive, after the latency [m/s]
         ("v_ref", "f8"),  # that speed behind the slew limit: the reference point's [m/s]
         ("s", "f8"),  # reference point's arc length along the path [m]
         ("x_e", "f8"),  # pose error, actual minus reference, in the robot frame (eq 10) [m]
         ("y_e", "f8"),
         ("theta_e", "f8"),  # in (-pi, pi] [rad]
-        ("y_seen", "f8"),  # cross-track error as the lamps see it, where there are any [m]
+        ("y_seen", "f8"),  # cross-track error of the line sensor, if any [m]
     ],
     align=True,
 )
@@ -83,7 +83,7 @@ class WheelRecord(Protocol):
     derivative: float
 
 
-RIGHT, LEFT = 0, 1  # wheel 1 is the right one (SPEC A1)
+RIGHT, LEFT = 0, 1  # wheel 1 is the right one (A1)
 
 # --- people --------------------------------------------------------------------------------------
 
@@ -93,7 +93,7 @@ WAITING, PRESENT, GONE = 0, 1, 2  # not yet entered, walking, left for good
 NO_PATTERN, CROSSING, ENCOUNTERING, LEADING, CONFRONTING, BESIDE = -1, 0, 1, 2, 3, 4
 PATTERN_NAMES = ("crossing", "encountering", "leading", "confronting")
 
-SCRIPTED, SOCIAL_FORCE, REPLAY = 0, 1, 2  # how a person moves
+SCRIPTED, SOCIAL_FORCE, REPLAY = 0, 1, 2  # model of a person's motion
 REACTION_NAMES = ("attentive", "inattentive", "wary", "curious")
 
 PERSON = np.dtype(
@@ -105,7 +105,7 @@ PERSON = np.dtype(
         ("radius", "f8"),  # [m]
         ("desired_speed", "f8"),  # [m/s]
         ("enters_s", "f8"),  # time of entry [s]
-        ("left_s", "f8"),  # when it was last there [s]
+        ("left_s", "f8"),  # time of the last presence [s]
         ("s", "f8"),  # arc length walked along the route [m]
         ("offset", "f8"),  # lateral offset from the route, left positive [m]
         ("sidestep_s", "f8"),  # arc length at which a scripted walker has stepped aside [m]
@@ -114,8 +114,8 @@ PERSON = np.dtype(
         ("model", "i4"),  # SCRIPTED, SOCIAL_FORCE or REPLAY
         ("reaction", "i4"),  # row of the reaction table (REACTION_NAMES)
         ("status", "i4"),  # WAITING, PRESENT or GONE
-        ("blocked", "f8"),  # share of the desired speed that the robot takes away, in [0, 1]
-        ("next_vx", "f8"),  # velocity being worked out, while the old ones are still in use
+        ("blocked", "f8"),  # relative loss of desired speed by the robot, in [0, 1]
+        ("next_vx", "f8"),  # next velocity, before the simultaneous update
         ("next_vy", "f8"),
     ],
     align=True,
@@ -170,7 +170,7 @@ class TrackRecord(Protocol):
     vy: float
 
 
-NO_CONTACT, WALL = -2, -1  # what the robot touches, where it is not a person's index
+NO_CONTACT, WALL = -2, -1  # contact codes other than a person's index
 
 # --- places --------------------------------------------------------------------------------------
 
@@ -188,23 +188,23 @@ PATH_PIECE = np.dtype(
     align=True,
 )
 
-ACROSS, AGAINST, ALONG = 0, 1, 2  # how a person's route runs relative to the robot's path
+ACROSS, AGAINST, ALONG = 0, 1, 2  # direction of a person's route relative to the robot's path
 
 
 class Place(NamedTuple):
-    """A place as arrays, ready for kernels.
+    """A place as arrays for kernels.
 
     Attributes:
         walls: (W, 4) segments x1, y1, x2, y2 [m].
         path: (M,) records of type ``PATH_PIECE``, the robot's path.
         routes: (R, K, 3) waypoints of people's routes: x, y and arc length so far [m]; rows shorter
             than K repeat their last waypoint.
-        route_kinds: (R,) ACROSS, AGAINST or ALONG, as the route runs relative to the path.
-        route_anchors: (R, 2) arc lengths on the path and on the route where the two meet [m].
-        route_rooms: (R,) how far to either side of the route people may keep their lane [m].
-        entry_times_s: (R,) when a recorded person comes in on each route, in order; (0,) if people
+        route_kinds: (R,) ACROSS, AGAINST or ALONG, direction relative to the path.
+        route_anchors: (R, 2) arc lengths on path and route at their intersection [m].
+        route_rooms: (R,) largest lateral offset of people's lanes from the route [m].
+        entry_times_s: (R,) entry time of a recorded person on each route, in order; (0,) if people
             are not seeded from a recording.
-        entry_speeds_mps: (R,) how fast it walks.
+        entry_speeds_mps: (R,) its speed.
     """
 
     walls: Floats

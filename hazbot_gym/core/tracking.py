@@ -1,8 +1,8 @@
-"""Path tracking: the error between robot and reference, and the law that removes it (eqs 10-12).
+"""Path tracking: pose error and tracking law (paper eqs 10-12).
 
-The paper's law (12) as printed contains neither x_e nor y_e, so that a position error stays for
-ever; the corrected law (12c) keeps its form and its three gains (SPEC section 2 and A4). The
-printed one is kept for comparison. Left out: limits on speed and curvature.
+The paper's law (12) as printed contains neither x_e nor y_e, so that a position error persists; the
+corrected law (12c) keeps its form and its three gains (A4, docs/paper.md section 3.3). The printed
+law is kept for comparison. Left out: limits on speed and curvature.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def pose_error_rate(error: Pose, velocity: Twist, reference: Twist) -> Pose:
 
 @scalar
 def tracking_law(error: Pose, reference: Twist, gains: TrackingGains) -> Twist:
-    """Return the velocity that brings the robot onto its moving reference (eq 12c, SPEC section 2).
+    """Return the velocity of the corrected tracking law (eq 12c, docs/paper.md).
 
     v = v_r cos(theta_e) + a1 x_e,  omega = omega_r + a2 v_r y_e + a3 sin(theta_e).
     V = (x_e^2 + y_e^2)/2 + (1 - cos(theta_e))/|a2| then never grows.

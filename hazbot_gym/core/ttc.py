@@ -1,8 +1,8 @@
-"""Time to collision of two discs that keep their velocities (Hayward 1972, in the plane).
+"""Time to collision of two discs at constant velocities (Hayward 1972, in the plane).
 
 The distance of the centres reaches the sum of the radii when ``|p + w t| = r``, a quadratic in t.
-Dividing the distance by the speed along the line of sight instead, as is often done, finds
-collisions where two pass each other, and finds the true ones too early or too late.
+The common approximation, distance by closing speed along the line of sight, reports collisions of
+passing discs, and true collisions too early or too late.
 """
 
 from __future__ import annotations

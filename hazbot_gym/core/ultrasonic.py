@@ -1,9 +1,9 @@
-"""Ultrasonic range sensors in closed form: the first echo of a cone among discs and wall segments.
+"""Ultrasonic range sensors in closed form: first echo of a cone from discs and wall segments.
 
-An ultrasonic sensor answers with the distance of the nearest surface inside its cone. Against a
-disc or a segment that distance has a closed form, exact and far cheaper than a bundle of rays.
-Mounting: two in front at +-15 deg, one on each side (paper, section 2; SPEC section 4.2); half cone
-15 deg, 4 m, noise +-0.03 m (SPEC section 6). Left out: echoes over two walls, temperature.
+A sensor returns the distance of the nearest surface inside its cone. For discs and segments it has
+a closed form, exact and cheaper than ray casting. Mounting: two in front at +-15 deg, one on each
+side (paper, section 2); half cone 15 deg, 4 m, noise +-0.03 m (paper, Table 2). Left out: echoes
+over two walls, temperature.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ SENSOR_NAMES = ("front_left", "front_right", "left", "right")
 class Ultrasonic(NamedTuple):
     """Four identical sensors on the rim of the robot."""
 
-    range_m: Annotated[float, Gt(0)] = 4.0  # farthest echo (SPEC 4.2)
-    half_cone_rad: Annotated[float, Gt(0), Le(1.0)] = math.radians(15.0)  # (SPEC 4.2)
-    front_angle_rad: Annotated[float, Ge(0), Le(1.5)] = math.radians(15.0)  # (SPEC 4.2)
+    range_m: Annotated[float, Gt(0)] = 4.0  # maximum range, our choice
+    half_cone_rad: Annotated[float, Gt(0), Le(1.0)] = math.radians(15.0)
+    front_angle_rad: Annotated[float, Ge(0), Le(1.5)] = math.radians(15.0)
     mount_radius_m: Annotated[float, Ge(0)] = 0.30  # on the rim of the body
-    noise_m: Annotated[float, Ge(0)] = 0.03  # half width (SPEC section 6, Table 2)
+    noise_m: Annotated[float, Ge(0)] = 0.03  # half width (paper, Table 2)
     gaussian: bool = False  # uniform as in Table 2, or Gaussian with sigma = half width / 2
-    miss_angle_rad: Annotated[float, Gt(0)] = math.pi / 2  # walls hit more slantingly give no echo
-    cross_talk: Annotated[float, Ge(0), Le(1)] = 0.0  # chance of the neighbour's nearer echo
-    sequential: bool = False  # one sensor a decision, in turn, instead of all at once
+    miss_angle_rad: Annotated[float, Gt(0)] = math.pi / 2  # no echo at larger incidence
+    cross_talk: Annotated[float, Ge(0), Le(1)] = 0.0  # probability of the neighbour's nearer echo
+    sequential: bool = False  # one sensor per decision, in turn, instead of all
 
 
 class Cone(NamedTuple):
-    """A sensor's cone by its directions: no angle is worked out for each surface."""
+    """A sensor's cone by direction vectors, to avoid trigonometry per surface."""
 
     axis_x: float  # unit vector along the axis
     axis_y: float
@@ -57,7 +57,7 @@ def mounting(sensor: int, sin_front: float, cos_front: float) -> tuple[float, fl
     """Return the direction of a sensor's axis in the robot frame, (ahead, left), of length 1.
 
     Args:
-        sensor: Which of ``SENSOR_NAMES``.
+        sensor: Index into ``SENSOR_NAMES``.
         sin_front: Sine of the angle of the two in front.
         cos_front: Its cosine.
     """
@@ -68,7 +68,7 @@ def mounting(sensor: int, sin_front: float, cos_front: float) -> tuple[float, fl
 
 @scalar
 def turned(cone: Cone, sin_t: float, cos_t: float) -> Cone:
-    """Return a cone of the robot frame as it points while the robot's heading is t."""
+    """Rotate a cone from the robot frame by the heading t."""
     x, y = cone.axis_x, cone.axis_y
     return Cone(cos_t * x - sin_t * y, sin_t * x + cos_t * y, cone.cos_half, cone.sin_half)
 
@@ -85,13 +85,13 @@ def _edge(cone: Cone, side: float) -> tuple[float, float]:
 
 @scalar
 def _is_inside(x: float, y: float, distance: float, cone: Cone) -> bool:
-    """Tell whether a point at a distance lies in the cone; the sensor itself does."""
+    """Return True if a point at a distance is inside the cone; the apex is inside."""
     return x * cone.axis_x + y * cone.axis_y >= distance * cone.cos_half
 
 
 @scalar
 def may_meet_disc(dx: float, dy: float, radius: float, cone: Cone) -> bool:
-    """Tell, at the cost of a few products, whether a disc can reach into the cone at all."""
+    """Return False only if a disc is certainly outside the cone (cheap test)."""
     along = dx * cone.axis_x + dy * cone.axis_y
     across = abs(cone.axis_x * dy - cone.axis_y * dx)
     return along > -radius and across * cone.cos_half - along * cone.sin_half <= radius
@@ -99,7 +99,7 @@ def may_meet_disc(dx: float, dy: float, radius: float, cone: Cone) -> bool:
 
 @scalar
 def may_meet_segment(x1: float, y1: float, x2: float, y2: float, cone: Cone) -> bool:
-    """Tell whether a segment can reach into the cone: not if it lies beyond an edge, or behind."""
+    """Return False only if a segment is certainly outside the cone: beyond an edge, or behind."""
     along_1, across_1 = x1 * cone.axis_x + y1 * cone.axis_y, cone.axis_x * y1 - cone.axis_y * x1
     along_2, across_2 = x2 * cone.axis_x + y2 * cone.axis_y, cone.axis_x * y2 - cone.axis_y * x2
     if along_1 < 0.0 and along_2 < 0.0:
@@ -123,7 +123,7 @@ def disc_echo(dx: float, dy: float, radius: float, cone: Cone) -> float:
         dx: Centre of the disc relative to the sensor [m].
         dy: The same, other axis [m].
         radius: Radius of the disc [m].
-        cone: What the sensor hears.
+        cone: Cone of the sensor.
     """
     squared = dx * dx + dy * dy
     d = math.sqrt(squared)
@@ -165,7 +165,7 @@ def segment_echo(x1: float, y1: float, x2: float, y2: float, cone: Cone, cos_mis
         y1: The same, other axis [m].
         x2: End of the segment [m].
         y2: The same, other axis [m].
-        cone: What the sensor hears.
+        cone: Cone of the sensor.
         cos_miss: Cosine of the miss angle; 0 or less if nothing is missed.
     """
     near_x, near_y = nearest_on_segment(0.0, 0.0, x1, y1, x2, y2)

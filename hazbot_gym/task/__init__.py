@@ -1,1 +1,1 @@
-"""What the problem is: places, people, observation, reward, outcome."""
+"""Task definition: places, people, observation, reward, outcome."""

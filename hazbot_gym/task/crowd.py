@@ -1,10 +1,9 @@
-"""People who are drawn: who they are and where they start, as a pure function of a key.
+"""Random people of a scenario, as a pure function of a key.
 
-A scenario is drawn so that people are really met: a person is given a place on its route at the
-moment when a robot at nominal speed would be there too, and starts as far back as its own speed
-demands. What would start before the route begins enters later. Drawing is compiled and free of
-rejection loops without bound: a start that is taken eight times sends the person to the queue
-before the beginning of its route.
+Scenarios are drawn such that people meet the robot: a person is placed on its route at the time
+when a robot at nominal speed would be there too, and starts as far back as its own speed requires.
+A start before the route's beginning becomes a later entry. Drawing is compiled and has no unbounded
+rejection loop: after eight occupied starts the person queues at the beginning of its route.
 """
 
 from __future__ import annotations
@@ -41,11 +40,11 @@ from hazbot_gym.core.state import (
 from hazbot_gym.errors import InvalidInput
 
 SPEED_LOW_MPS, SPEED_HIGH_MPS = 0.5, 2.2  # walking people (p5 to p95 of the real tracks, widened)
-EARLIEST_MEETING_S = 3.0  # nobody is met before
-HEAD_ON_SPREAD_M = 0.15  # lateral scatter of people who come straight at the robot
-PASSING_OFFSET_M = 0.65  # least lateral offset of people who mean to pass, beyond head-on (0.6 m)
-SIDESTEP_OFFSET_M = 0.8  # where a scripted head-on walker steps aside to
-SIDESTEP_AHEAD_M = 0.5  # distance at which it has done so, if the robot drives at nominal speed
+EARLIEST_MEETING_S = 3.0  # earliest meeting
+HEAD_ON_SPREAD_M = 0.15  # lateral scatter of head-on people
+PASSING_OFFSET_M = 0.65  # least lateral offset of passing people, beyond head-on (0.6 m)
+SIDESTEP_OFFSET_M = 0.8  # lateral offset of a scripted head-on walker after stepping aside
+SIDESTEP_AHEAD_M = 0.5  # distance at which this is complete, for a robot at nominal speed
 LEADER_GAP_M = (1.5, 5.0)  # initial distance of leaders
 CROSSING_EARLY_S, CROSSING_LATE_S = 3.0, 4.0  # crossings, before and after the robot's own time
 START_ROOM_M = 1.0  # free distance to others at the start
@@ -68,10 +67,10 @@ class Crowd(NamedTuple):
 
 
 def crowd_of(people: People, place: Place, nominal_speed_mps: float) -> Crowd:
-    """Return what people are drawn from at a place.
+    """Return the distribution of people at a place.
 
     Raises:
-        InvalidInput: The place has no route for the pattern that is asked for.
+        InvalidInput: The place has no route for the requested pattern.
     """
     mix = np.array(people.mix)
     if not np.any(place.route_kinds == ACROSS):
@@ -120,7 +119,7 @@ def choose_reaction(u: float, shares: Floats) -> int:
 
 @scalar
 def _choose_route(kinds: Ints, kind: int, u: float) -> int:
-    """Return a route of a kind, all equally likely."""
+    """Return a random route of a kind, uniformly."""
     count = 0
     for k in range(kinds.shape[0]):
         count += kinds[k] == kind
@@ -137,7 +136,7 @@ def _choose_route(kinds: Ints, kind: int, u: float) -> int:
 def _start_on_route(
     me: PersonRecord, place: Place, pattern: int, crowd: Crowd, u_when: float
 ) -> float:
-    """Return the arc length on its route where a person would be at time zero (may be negative)."""
+    """Return a person's arc length on its route at time zero (may be negative)."""
     on_path, on_route = place.route_anchors[me.route, 0], place.route_anchors[me.route, 1]
     if pattern == LEADING:
         gap = LEADER_GAP_M[0] + u_when * (LEADER_GAP_M[1] - LEADER_GAP_M[0])
@@ -149,7 +148,7 @@ def _start_on_route(
     latest_s = max(path_length(place.path) / crowd.nominal_speed_mps - 1.0, EARLIEST_MEETING_S)
     meets_s = EARLIEST_MEETING_S + u_when * (latest_s - EARLIEST_MEETING_S)
     met_at = on_route + on_path - crowd.nominal_speed_mps * meets_s
-    # Steps aside before the nominal robot is near; a slower or standing one is left alone too.
+    # Steps aside before a robot at nominal speed is near, and so before any slower one.
     me.sidestep_s = met_at - SIDESTEP_AHEAD_M * me.desired_speed / (
         me.desired_speed + crowd.nominal_speed_mps
     )
@@ -158,9 +157,9 @@ def _start_on_route(
 
 @scalar
 def _lane(me: PersonRecord, pattern: int, room: float, u: float, is_scripted: bool) -> None:
-    """Choose a person's lateral offset, and where it steps aside to."""
+    """Choose a person's lateral offsets, before and after stepping aside."""
     side = 1.0 if u < 0.5 else -1.0
-    spread = abs(2.0 * u - 1.0)  # uniform in [0, 1], whatever the side
+    spread = abs(2.0 * u - 1.0)  # uniform in [0, 1], for either side
     if pattern == ENCOUNTERING:
         low = min(PASSING_OFFSET_M, room)
         me.offset = side * (low + spread * (room - low))
@@ -175,7 +174,7 @@ def _lane(me: PersonRecord, pattern: int, room: float, u: float, is_scripted: bo
 
 @scalar
 def _place_at(me: PersonRecord, place: Place, s: float) -> None:
-    """Put a person on its lane at arc length s of its route, walking; before it begins, waiting."""
+    """Place a person on its lane at arc length s of its route; a negative s means waiting."""
     me.status = PRESENT if s >= 0.0 else WAITING
     me.enters_s = max(-s / me.desired_speed, 0.0)
     me.s = max(s, 0.0)
@@ -186,7 +185,7 @@ def _place_at(me: PersonRecord, place: Place, s: float) -> None:
 
 @scalar
 def _has_room(people: Records, i: int, place: Place, nominal_speed_mps: float) -> bool:
-    """Tell whether person i comes in clear of a nominal robot and of those who are there before."""
+    """Return True if person i starts clear of a nominal robot and of earlier people."""
     me = people[i]
     x, y, _, _ = path_pose(place.path, nominal_speed_mps * me.enters_s)
     if norm(me.x - x, me.y - y) < ROBOT_ROOM_M:
@@ -213,7 +212,7 @@ def _draw_person(
     people: Records, i: int, place: Place, crowd: Crowd, shares: Floats, key: np.uint64,
     attempt: int,
 ) -> None:  # fmt: skip
-    """Draw everything about person i but whether there is room."""
+    """Draw person i, without checking for room."""
     me = people[i]
     u_pattern, u_route, u_when, u_lane = uniform4(key, SCENARIO, attempt, 2 * i)
     u_reaction, u_speed, u_speed_2, _ = uniform4(key, SCENARIO, attempt, 2 * i + 1)
@@ -236,9 +235,9 @@ def draw_people(
     """Draw a crowd.
 
     Args:
-        people: (P,) PERSON records, zero before, written.
+        people: (P,) zeroed PERSON records, output.
         place: Path and routes.
-        crowd: What to draw from.
+        crowd: Distribution of people.
         shares: (4,) cumulative shares of the reactions.
         key: Key of the scenario.
     """
@@ -246,7 +245,7 @@ def draw_people(
     count = min(crowd.fewest + int(u * (crowd.most - crowd.fewest + 1)), crowd.most)
     for i in range(people.shape[0]):
         if i >= count:
-            people[i].status = GONE  # before it came
+            people[i].status = GONE  # before its entry
             continue
         for attempt in range(ATTEMPTS):
             _draw_person(people, i, place, crowd, shares, key, attempt)

@@ -1,7 +1,7 @@
-"""How fast people walk at which density: the fundamental diagram of a corridor.
+"""Fundamental diagram of a corridor: walking speed over density.
 
-As in the measurement of Zhang et al. 2011: everybody inside an area across the whole width of the
-corridor is counted every half second, and their mean speed belongs to their number per m^2.
+As in the measurement of Zhang et al. 2011: people inside an area across the whole width of the
+corridor are counted every half second, and their mean speed is assigned to their number per m^2.
 """
 
 from __future__ import annotations
@@ -17,24 +17,24 @@ from hazbot_gym.task.tracks import Recording, resample
 
 AREA_LENGTH_M = 2.0  # along the corridor, at its middle
 EVERY_S = 0.5
-HALF_SPAN_S = 0.5  # a speed is the way made from half a second before to half a second after
+HALF_SPAN_S = 0.5  # speeds are central differences over half a second to either side
 BIN_EDGES = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5)  # [1/m^2]
-FEWEST_SAMPLES = 5  # of a bin about which something is said
+FEWEST_SAMPLES = 5  # minimum number of moments of a bin
 
 
 class Bin(NamedTuple):
-    """The moments whose density lies between two edges."""
+    """Density bin: the moments with a density between two edges."""
 
     low: float  # [1/m^2]
     high: float
     samples: int
     density: float  # mean [1/m^2]
-    speed_mps: float  # mean over moments of the mean speed of those inside
+    speed_mps: float  # mean over moments of the mean speed inside
     speed_sd_mps: float
 
 
 def densities_and_speeds(recording: Recording) -> Floats:
-    """Return density [1/m^2] and mean speed [m/s] at every moment with somebody inside, (n, 2).
+    """Return density [1/m^2] and mean speed [m/s] at every moment with people inside, (n, 2).
 
     Raises:
         InvalidInput: the recording is not of a corridor.
@@ -53,7 +53,7 @@ def densities_and_speeds(recording: Recording) -> Floats:
 
 
 def _inside(recording: Recording, along: int, middle: float) -> tuple[Ints, Floats]:
-    """Return moments and speeds of those who are inside the area, person by person."""
+    """Return moments and speeds of people inside the area, person by person."""
     sampled = resample(recording, HALF_SPAN_S)
     latest = round(recording.duration_s / HALF_SPAN_S) - 2
     moments, speeds = [np.zeros(0, np.int64)], [np.zeros(0)]
@@ -68,7 +68,7 @@ def _inside(recording: Recording, along: int, middle: float) -> tuple[Ints, Floa
 
 
 def fundamental_diagram(recording: Recording) -> list[Bin]:
-    """Return the mean speed at each density up to 1.5 per m^2, where enough was seen."""
+    """Return the mean speed at each density up to 1.5 per m^2, for bins with enough data."""
     density, speed = densities_and_speeds(recording).T
     bins = []
     for low, high in itertools.pairwise(BIN_EDGES):

@@ -1,7 +1,6 @@
-"""What was drawn for a scenario, in figures, and a hash that changes with any of them.
+"""Fingerprint of a scenario: its drawn values, and their hash.
 
-Figures are rounded to a millionth (of a metre, a second, a metre a second): the last digits of a
-logarithm are the processor's own, and move nobody.
+Values are rounded to 1e-6 (m, s, m/s), since the last digits of logarithms depend on the processor.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from hazbot_gym.task.scenario import Scenario
 
 DIGITS = 6
 LENGTH = 16  # of a hash, in hexadecimal digits
-# Fields of PERSON that are drawn, or follow from what is; the name says the unit.
+# Fields of PERSON that are drawn or derived; the name contains the unit.
 PARAMETERS = {
     "route": "route",
     "reaction": "reaction",
@@ -35,7 +34,7 @@ PARAMETERS = {
 
 
 def parameters(scenario: Scenario) -> list[dict[str, float]]:
-    """Return what was drawn for each person who comes."""
+    """Return the drawn values of each person."""
     return [
         {name: round(person[field].item(), DIGITS) for name, field in PARAMETERS.items()}
         for person in scenario.people
@@ -44,7 +43,7 @@ def parameters(scenario: Scenario) -> list[dict[str, float]]:
 
 
 def fingerprint(scenario: Scenario) -> str:
-    """Return a hash of the people, of walls and path, and of where recorded people stand first."""
+    """Return a hash of people, walls, path, and first positions of recorded people."""
     place = scenario.place
     people = np.array([list(person.values()) for person in parameters(scenario)])
     path = np.stack([place.path[name] for name in PATH_PIECE.names or ()], axis=1)
@@ -56,9 +55,9 @@ def fingerprint(scenario: Scenario) -> str:
 
 
 def _standing_first(recording: Stretch) -> Floats:
-    """Return where recorded people stand at first, (1, S, 2) [m], NaN where a slot is empty.
+    """Return the first positions of recorded people, (1, S, 2) [m], NaN for empty slots.
 
-    (0, S, 2) if nobody is replayed.
+    (0, S, 2) without replayed people.
     """
     slots = len(recording.slots) - 1
     positions = np.full((min(recording.steps, 1), slots, 2), np.nan)
@@ -70,6 +69,6 @@ def _standing_first(recording: Stretch) -> Floats:
 
 
 def _in_millionths(figures: Floats) -> npt.NDArray[np.int64]:
-    """Return figures as whole numbers, so that neither -0.0 nor the byte order can show."""
+    """Return values as whole numbers, independent of -0.0 and byte order."""
     whole: Floats = np.rint(np.nan_to_num(figures, nan=-1.0) * 10**DIGITS)
     return whole.astype(np.dtype("<i8"))

@@ -1,4 +1,4 @@
-"""The files that the scenarios of a config are read from."""
+"""Input files of a config's scenarios."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hazbot_gym.task.recorded import tracks_files
 
 
 def input_files(config: Config) -> list[Path]:
-    """Return every file that is read for a config: the place's, or the recordings' and their JSONs.
+    """Return the input files of a config: the place's, or the recordings' and their JSONs.
 
     Raises:
         InvalidInput: A place or a recording is missing or cannot be used.

@@ -1,8 +1,8 @@
-"""What a policy sees: one table of fields, which the encoder, the decoder and the docs all read.
+"""Observation: one table of fields, used by the encoder, the decoder and the docs.
 
 Every field has physical bounds; the observation holds it divided by its scale, so that all entries
-lie near [-1, 1]. Information tiers: ``sonar`` has no person fields; ``tracks`` has what the tracker
-reports; ``privileged`` has the same fields filled from the true state.
+lie near [-1, 1]. Information tiers: ``sonar`` has no person fields; ``tracks`` has the tracker's
+output; ``privileged`` has the same fields filled from the true state.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ from hazbot_gym.core.ultrasonic import SENSOR_NAMES
 from hazbot_gym.errors import InvalidInput
 
 PERSON_SLOTS = 3  # K nearest people
-LOOK_AHEAD_M = 1.0  # where the path's curvature is looked up
+LOOK_AHEAD_M = 1.0  # look-ahead distances of the path's curvature
 SONAR_RANGE_M = 4.0
 TRACKER_RANGE_M = 8.0
-HORIZON_S = 8.0  # closest approaches later than this count as this
+HORIZON_S = 8.0  # upper bound of the time to closest approach
 
 
 class Field(NamedTuple):
@@ -41,7 +41,7 @@ class Field(NamedTuple):
 
     name: str
     unit: str
-    low: float  # physical bounds; values beyond are clipped
+    low: float  # physical bounds; values are clipped to them
     high: float
     scale: float  # the observation holds value / scale
     meaning: str
@@ -98,7 +98,7 @@ _SCALE = np.array([field.scale for field in FIELDS])
 
 
 class Layout:
-    """The fields of one information tier, in the order in which the observation holds them."""
+    """The fields of one information tier, in the order of the observation."""
 
     def __init__(self, tier: str) -> None:
         self.tier = tier
@@ -125,7 +125,7 @@ class Layout:
         return np.asarray((_HIGH / _SCALE)[: self.width], dtype=np.float32)
 
     def decode(self, observation: npt.ArrayLike) -> dict[str, Floats]:
-        """Return every field in its unit, by name; leading axes of (..., width) are kept."""
+        """Decode every field to its unit, by name; leading axes of (..., width) are kept."""
         physical = np.asarray(observation, dtype=np.float64) * _SCALE[: self.width]
         return {name: physical[..., i] for i, name in enumerate(self.names)}
 
@@ -134,10 +134,10 @@ LAYOUTS = {tier: Layout(tier) for tier in ("sonar", "tracks", "privileged")}
 
 
 def layout_of(observation: npt.ArrayLike) -> Layout:
-    """Return the layout of an observation (..., width), told by its last axis.
+    """Return the layout of an observation (..., width), from the size of its last axis.
 
     Raises:
-        InvalidInput: The last axis has the width of no tier.
+        InvalidInput: The size of the last axis fits no tier.
     """
     width = np.shape(observation)[-1] if np.ndim(observation) else 0
     for layout in (LAYOUTS["tracks"], LAYOUTS["sonar"]):
@@ -169,7 +169,7 @@ def _put(out: npt.NDArray[np.float32], i: int, value: float) -> int:
 
 @scalar
 def _next_nearest(tracks: Records, robot: RobotRecord, beyond: float, last: int) -> int:
-    """Return the visible track next in nearness to (distance ``beyond``, index ``last``), or -1."""
+    """Return the next nearest visible track after (distance ``beyond``, index ``last``), or -1."""
     best, best_distance = -1, math.inf
     for k in range(tracks.shape[0]):
         if tracks[k].visible == 0:
@@ -206,7 +206,7 @@ def _put_person(
 
 @scalar
 def _put_nobody(out: npt.NDArray[np.float32], i: int) -> int:
-    """Write an empty slot: nobody, far away and never to be met."""
+    """Write an empty slot: absent, far away, without approach."""
     for k in range(_PER_PERSON):
         out[i + k] = _NOBODY[k]
     return i + _PER_PERSON
@@ -216,14 +216,14 @@ def _put_nobody(out: npt.NDArray[np.float32], i: int) -> int:
 def encode(
     robot: RobotRecord, path: Records, ranges: Floats, tracks: Records, out: npt.NDArray[np.float32]
 ) -> None:
-    """Write the observation; its length tells whether the person fields are wanted.
+    """Write the observation; its length selects the tier.
 
     Args:
         robot: The robot's record.
         path: (M,) records of the path.
         ranges: (4,) ultrasonic readings [m].
         tracks: (P,) TRACK records.
-        out: (width,) float32, written.
+        out: (width,) float32, output.
     """
     i = 0
     for k in range(ranges.shape[0]):

@@ -1,4 +1,4 @@
-"""What a decision led to: how far, how an episode ends, and who caused a contact."""
+"""Outcome of a decision: progress, end of the episode, and cause of a contact."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ DECISION = np.dtype(
         ("outcome", "i8"),  # RUNNING, ARRIVED, ...
         ("cause", "i8"),  # of a contact: BY_ROBOT or BY_PERSON
         ("speed_mps", "f8"),  # relative speed of a contact
-        ("time_left", "f8"),  # share of the time allowed that is left at arrival
+        ("time_left", "f8"),  # remaining share of the horizon at arrival
     ],
     align=True,
 )
@@ -45,19 +45,19 @@ class DecisionRecord(Protocol):
 class Rules(NamedTuple):
     """When an episode ends."""
 
-    arrival_tolerance_m: float  # distance from the path's end that counts as arrived
-    horizon: int  # decisions allowed
+    arrival_tolerance_m: float  # tolerance of arrival at the path's end
+    horizon: int  # horizon in decisions
 
 
-TIE_MPS = 0.01  # closing speeds that differ by less count as equal, which noise must not decide
-MOVING_MPS = 0.05  # a slower robot stands (EVALUATION metric 2)
+TIE_MPS = 0.01  # closing speeds that differ by less count as equal, for robustness to noise
+MOVING_MPS = 0.05  # a slower robot counts as standing
 
 
 @scalar
 def contact_cause(robot: RobotRecord, person: PersonRecord) -> tuple[int, float]:
-    """Return who caused a contact, and the relative speed at it [m/s] (EVALUATION metrics 2 and 4).
+    """Return the cause of a contact, and its relative speed [m/s] (as in SEAN 2.0 and HuNavSim).
 
-    Robot-caused if the robot moves, and closes the distance at least as fast as the person does.
+    It is robot-caused if the robot moves, and closes in at least as fast as the person.
     """
     dx, dy = person.x - robot.x, person.y - robot.y
     distance = max(norm(dx, dy), 1e-9)
@@ -74,10 +74,10 @@ def settle(
     decision: DecisionRecord, robot: RobotRecord, people: Records, path: Records, contact: int,
     steps: int, rules: Rules,
 ) -> None:  # fmt: skip
-    """Write how the episode stands after a decision.
+    """Write the outcome of a decision.
 
     Args:
-        decision: Record of type ``DECISION``, written.
+        decision: Record of type ``DECISION``, output.
         robot: The robot's record.
         people: (P,) PERSON records.
         path: (M,) records of the path.

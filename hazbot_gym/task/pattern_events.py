@@ -1,10 +1,10 @@
-"""How often the walking patterns occur in a recording, every person in turn taken for the robot.
+"""Counts of walking patterns in a recording, with every person in turn as the robot.
 
-An event is a time without an interruption longer than 1 s during which somebody is within 3.6 m,
-the outer bound of Hall's social zone. Its pattern (``core.patterns``) is that of its first sample
-that has one; events without one are not counted. Samples are taken every 0.4 s and velocities are
-central differences over 0.5 s to either side, both rounded to whole steps of the recording, so that
-no sample falls into the first and last half second of a track. Most pairs of people count twice.
+An event is a period, with gaps of at most 1 s, in which another person is within 3.6 m, the outer
+bound of Hall's social zone. Its pattern (``core.patterns``) is the first one of its samples; events
+without a pattern are not counted. Samples are taken every 0.4 s and velocities are central
+differences over 0.5 s to either side, both rounded to whole steps of the recording, so that no
+sample falls into the first and last half second of a track. Most pairs of people count twice.
 """
 
 from __future__ import annotations
@@ -44,17 +44,17 @@ class Samples(NamedTuple):
 
 
 class PatternCount(NamedTuple):
-    """What was counted of one pattern; distances are NaN if there was no event."""
+    """Counts of one pattern; distances are NaN without events."""
 
     events: int
-    pairs: int  # distinct ones, either of the two being the robot
-    samples: int  # with this pattern, in whatever event
+    pairs: int  # distinct pairs, in either role
+    samples: int  # with this pattern, in any event
     entry_m: float  # distance at an event's labelling sample, median [m]
     closest_m: tuple[float, float, float]  # smallest sampled distance of an event, p5, p50, p95 [m]
 
 
 def sample(recording: Recording) -> Samples:
-    """Return everybody's positions and velocities every 0.4 s."""
+    """Return all people's positions and velocities every 0.4 s."""
     every = max(1, round(SAMPLE_S / recording.dt_s))
     half = max(1, round(HALF_SPAN_S / recording.dt_s))
     firsts = np.zeros(recording.people, dtype=np.int64)
@@ -71,7 +71,7 @@ def sample(recording: Recording) -> Samples:
 def pattern_events(
     recording: Recording, thresholds: Thresholds | None = None
 ) -> dict[str, PatternCount]:
-    """Return how often each pattern occurs in a recording."""
+    """Return the counts of each pattern in a recording."""
     samples = sample(recording)
     break_steps = int(LONGEST_BREAK_S / samples.step_s + 1e-9)
     rows, by_pattern = _events(
@@ -103,7 +103,7 @@ def _count(events: Floats, samples: int) -> PatternCount:
 def _events(
     firsts: Ints, counts: Ints, states: Floats, break_steps: int, thresholds: Records
 ) -> tuple[list[tuple[int, int, int, float, float]], Ints]:
-    """Return events (robot, person, pattern, entry, closest) and how many samples a pattern has."""
+    """Return events (robot, person, pattern, entry, closest) and the samples per pattern."""
     offsets = np.cumsum(counts) - counts
     rows = [(0, 0, 0, 0.0, 0.0) for _ in range(0)]
     samples = np.zeros(len(EVENT_PATTERNS), np.int64)

@@ -27,8 +27,8 @@ from hazbot_gym.core.geometry import (
 from hazbot_gym.core.state import ACROSS, AGAINST, ALONG, ROBOT_RADIUS_M, Floats, Place, Records
 from hazbot_gym.errors import InvalidInput
 
-RUN_OUT_M = 8.0  # people come from, and walk on to, this far beyond the path's ends
-SHORTEST_PATH_M, LONGEST_PATH_M = 0.1, 500.0  # a path of 12 m, written in centimeters, has 1200
+RUN_OUT_M = 8.0  # extension of people's routes beyond the path's ends
+SHORTEST_PATH_M, LONGEST_PATH_M = 0.1, 500.0  # 12 m in centimeters exceed this
 ROUTE_STEP_M = 0.5  # spacing of waypoints on a curved route
 
 Point = Annotated[tuple[float, float], Loose]
@@ -52,17 +52,17 @@ class PathData(Section):
 
 
 class RouteData(Section):
-    """A way that people walk across the robot's path, and how far they spread to either side."""
+    """A route of people across the robot's path, and its lateral spread."""
 
     points: Annotated[list[Point], MinLen(2)]
     room_m: Room = 0.4
 
 
 class PlaceData(Section):
-    """A place as a person would write it down."""
+    """Description of a place in a YAML file."""
 
     name: str
-    walls: tuple[Segment, ...] = Field(default=(), strict=False)  # a list will do
+    walls: tuple[Segment, ...] = Field(default=(), strict=False)  # a list is accepted
     path: PathData
     routes: tuple[RouteData, ...] = Field(default=(), strict=False)
     along_room_m: Room = 0.7  # lateral room of people along the path
@@ -70,11 +70,11 @@ class PlaceData(Section):
 
 
 def build_place(data: PlaceData) -> Place:
-    """Return a place's arrays, after checking that the robot fits through.
+    """Return a place's arrays, after a check of the robot's clearance.
 
     Raises:
-        InvalidInput: The path touches a wall, has no plausible length, or a route is no way or far
-            from the path.
+        InvalidInput: The path touches a wall, has no plausible length, or a route has no length or
+            is far from the path.
     """
     walls = _walls(data)
     path = _path(data)
@@ -145,12 +145,12 @@ def _check_clearance(name: str, walls: Floats, path: Records) -> None:
 def narrowest(
     walls: Floats, path: Records, before_end_m: float = -0.05
 ) -> tuple[float, float, float]:
-    """Return the least distance from a path to a wall, inf without walls, and where that is [m].
+    """Return the least distance from a path to a wall, inf without walls, and its position [m].
 
     Args:
         walls: (W, 4) x1, y1, x2, y2 [m].
         path: The robot's path.
-        before_end_m: How much of the path's end is left out.
+        before_end_m: Length of the path's end to omit.
     """
     steps = np.arange(0.0, path_length(path.view(np.recarray)) - before_end_m, 0.05)
     points = sample_path(path, steps)[:, :2]
@@ -182,7 +182,7 @@ def _along(path: Records, run_out_m: float) -> Floats:
 
 
 def _meeting(field: str, path: Records, points: Floats) -> tuple[float, float]:
-    """Return the arc lengths on path and route where the two come nearest."""
+    """Return the arc lengths on path and route at their closest point."""
     on_path = np.arange(0.0, path_length(path.view(np.recarray)), 0.05)
     route = _polyline(f"{field}.points", points, 1e-6)
     length = path_length(route.view(np.recarray))

@@ -1,4 +1,4 @@
-"""Warnings of places that a robot may be unable to drive through, although it fits."""
+"""Warnings about places that may be too narrow or too long for the drive."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from hazbot_gym.core.state import ROBOT_RADIUS_M, Place
 from hazbot_gym.errors import DoubtfulPlace
 from hazbot_gym.task.place_data import narrowest
 
-# By how much the drive leaves its path, for each m/s: 0.061 m at 0.5 m/s and 0.14 m at 1 m/s are
-# the largest of 128 robots with the default drive, on straight paths and around corners.
+# Largest cross-track error per m/s: 0.061 m at 0.5 m/s and 0.14 m at 1 m/s, over 128 robots with
+# the default drive, on straight paths and around corners.
 ERROR_S = 0.14
-FAR_M = 20.0  # from the nearest wall; walls in another unit are farther
-END_M = 0.1  # of the path, left out: a wall ahead of its end is no narrow passage
+FAR_M = 20.0  # from the nearest wall; larger distances suggest another unit
+END_M = 0.1  # of the path's end, omitted: a wall ahead of it is no narrow passage
 
 
 def doubt(name: str, place: Place, config: Config) -> None:
@@ -40,7 +40,7 @@ def _too_long(place: Place, config: Config) -> str:
 
 
 def _start_s(length: float, config: Config) -> float:
-    """Return what the start takes longer than driving at nominal speed [s]."""
+    """Return the extra time of the start compared with nominal speed [s]."""
     drive = config.drive
     missing_mps = drive.nominal_speed_mps - drive.start_speed_mps
     delay_s = missing_mps**2 / (2.0 * drive.acceleration_mps2 * drive.nominal_speed_mps)

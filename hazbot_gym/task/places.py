@@ -1,4 +1,4 @@
-"""Places by name: functions of a few lengths; or a user's own from a YAML file (``place_data``)."""
+"""Built-in places by name with length options, and user places from YAML (``place_data``)."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def open_floor(*, length_m: float = 12.0, end_wall_m: float = 0.0) -> PlaceData:
     """Return an open floor with a straight path: the paper's simulations (section 5.1).
 
     Args:
-        length_m: Of the path.
-        end_wall_m: How far behind the path's end a wall stands across it; 0: nowhere.
+        length_m: Length of the path.
+        end_wall_m: Distance of a transverse wall behind the path's end; 0: none.
     """
     wall_m = length_m + end_wall_m
     return PlaceData(
@@ -72,7 +72,7 @@ def corridor(
 def intersection(
     *, width_m: float = 2.0, side_width_m: float = 2.0, length_m: float = 12.0
 ) -> PlaceData:
-    """Return a crossing of two corridors whose corners hide who comes."""
+    """Return a crossing of two corridors with occluding corners."""
     half, side, middle = width_m / 2, side_width_m / 2, length_m / 2
     walls: list[Segment] = []
     for y, far in ((-half, -half - RUN_OUT_M), (half, half + RUN_OUT_M)):
@@ -96,7 +96,7 @@ def intersection(
 
 
 def doorway(*, width_m: float = 2.4, door_m: float = 1.2, length_m: float = 12.0) -> PlaceData:
-    """Return a corridor with a doorway halfway that lets one person or robot through at a time."""
+    """Return a corridor with a doorway halfway, wide enough for one person or robot."""
     half, middle, door = width_m / 2, length_m / 2, door_m / 2
     return PlaceData(
         name="doorway",
@@ -112,7 +112,7 @@ def doorway(*, width_m: float = 2.4, door_m: float = 1.2, length_m: float = 12.0
 
 
 def circle(*, radius_m: float = CIRCLE_RADIUS_M) -> PlaceData:
-    """Return the paper's circle (Table 3) in an open hall; people walk straight across it."""
+    """Return the paper's circle (Table 3) in an open hall, with people crossing it."""
     r, reach = radius_m, radius_m + 5.0
     return PlaceData(
         name="circle",
@@ -128,9 +128,9 @@ def circle(*, radius_m: float = CIRCLE_RADIUS_M) -> PlaceData:
 
 
 def aisle(*, width_m: float = 2.2, leg_m: float = 7.0) -> PlaceData:
-    """Return an L-shaped aisle: a blind corner, and shelf ends that narrow the way."""
+    """Return an L-shaped aisle with a blind corner and protruding shelf ends."""
     half, run = width_m / 2, RUN_OUT_M
-    shelf = 0.3  # depth by which a shelf end stands out
+    shelf = 0.3  # protrusion of a shelf end
     walls: list[Segment] = [
         (-run, -half, leg_m + half, -half),  # outer side
         (leg_m + half, -half, leg_m + half, leg_m + run),
@@ -162,7 +162,7 @@ PLACES: dict[str, Callable[..., PlaceData]] = {
 
 
 def load_place(name: str, options: Mapping[str, float] | None = None) -> Place:
-    """Return a built-in place by name, or one from a YAML file, checked and ready for the engines.
+    """Return a built-in place by name, or one from a YAML file, validated.
 
     Args:
         name: A name of ``PLACES``, or the path of a ``.yaml`` file.
@@ -189,13 +189,13 @@ def load_place(name: str, options: Mapping[str, float] | None = None) -> Place:
             )
     try:
         data = PLACES[name](**(options or {}))
-    except ValidationError as error:  # lengths that do not go together, such as a negative rest
+    except ValidationError as error:  # inconsistent lengths, such as a negative remainder
         raise InvalidInput(f"place_options: {name} is impossible, {first_error(error)}") from error
     return build_place(data)
 
 
 def place_files(name: str) -> list[Path]:
-    """Return the files that a place is read from; none for a built-in place."""
+    """Return the input files of a place; none for a built-in place."""
     if not is_file(name):
         return []
     path = Path(name)
@@ -204,7 +204,7 @@ def place_files(name: str) -> list[Path]:
 
 
 def is_file(name: str) -> bool:
-    """Tell whether a place is named by a file."""
+    """Return True if a place is given by a file."""
     return name.endswith((".yaml", ".yml"))
 
 
@@ -225,7 +225,7 @@ def _read_place(path: Path) -> PlaceData:
 
 
 def _beside(path: Path, walls: str) -> Path:
-    """Return the file of walls that a place file names."""
+    """Return the wall file named in a place file."""
     if Path(walls).suffix.lower() not in (".wkt", ".yaml", ".yml"):
         raise InvalidInput(
             f"place {path}: walls: given {walls!r}, allowed are a list of walls, a .wkt file or "

@@ -1,8 +1,8 @@
-"""Real people in the robot's way: stretches of recordings, replayed, or used to seed walkers.
+"""Recorded people in scenarios: replayed, or used to seed social-force walkers.
 
-Replayed people walk as recorded, whatever the robot does (only not through it). Seeding takes from
-each person only when and where it comes in, how fast it walks and where it leaves; the social-force
-model does the rest, so that these people do answer to the robot.
+Replayed people follow the recording and only avoid overlap with the robot. Seeding uses each
+person's entry time and place, speed and exit; the social force model determines the rest, so that
+these people react to the robot.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ from hazbot_gym.task.track_folders import find_recordings, load_tracks
 from hazbot_gym.task.track_statistics import Entries, entries
 from hazbot_gym.task.tracks import Recording, resample, steps_on_clock
 
-ATTEMPTS = 8  # to find a moment at which nobody stands at the robot's start
+ATTEMPTS = 8  # attempts to find a moment with a free start of the robot
 START_ROOM_M = 1.5  # free distance to people at the start
-SHORTEST_WAY_M = 1.0  # from entry to exit, of people who seed walkers
-EMPTY_STEPS = 4  # between two people in a slot, so that every decision can tell them apart
+SHORTEST_WAY_M = 1.0  # minimum distance from entry to exit of seeded walkers
+EMPTY_STEPS = 4  # gap between two people in a slot, so that decisions separate them
 
 
 def load_recordings(tracks: str | None) -> list[Recording]:
-    """Return the recordings of a file or folder; without one, the package's own synthetic one.
+    """Return the recordings of a file or folder; default the synthetic recording.
 
     Raises:
         InvalidInput: There is no such file or folder, or a file in it cannot be used.
@@ -58,7 +58,7 @@ def load_recordings(tracks: str | None) -> list[Recording]:
 
 
 def tracks_files(tracks: str | None) -> list[Path]:
-    """Return the files that ``load_recordings`` reads: tables, and the descriptions beside them.
+    """Return the input files of ``load_recordings``: tables, and their descriptions.
 
     Raises:
         InvalidInput: There is no such file or folder, or no recording in it.
@@ -71,7 +71,7 @@ def tracks_files(tracks: str | None) -> list[Path]:
 
 
 def recorded_places(recordings: list[Recording], *, with_entries: bool) -> list[Place]:
-    """Return the two ways through each recording; routes are the people's own if asked for."""
+    """Return the two directions through each recording, optionally with the people's own routes."""
     places = []
     for recording in recordings:
         for is_reversed in (False, True):
@@ -106,17 +106,17 @@ def recorded_table(recordings: list[Recording], dt_s: float) -> RecordedTable:
 
 
 def most_at_once(places: list[Place], duration_s: float) -> int:
-    """Return for how many people there must be records at once, with room for those held up.
+    """Return the number of simultaneous records needed, with a margin for delayed people.
 
     Args:
-        places: With entries.
-        duration_s: Of an episode: nobody who comes later needs one [s].
+        places: Places with entries.
+        duration_s: Duration of an episode; later entries need no record [s].
     """
     return max(min(_together(place), _within(place, duration_s)) for place in places)
 
 
 def _together(place: Place) -> int:
-    """Return a half more than the most people who are in a place at once at their own speeds."""
+    """Return 1.5 times the maximum number of simultaneous people at their own speeds."""
     ways_m = place.routes[:, -1, 2]
     ends_s = np.sort(place.entry_times_s + ways_m / place.entry_speeds_mps + REST_S)
     gone = np.searchsorted(ends_s, place.entry_times_s, side="right")
@@ -125,7 +125,7 @@ def _together(place: Place) -> int:
 
 
 def _within(place: Place, duration_s: float) -> int:
-    """Return how many people come in at most within a duration."""
+    """Return the maximum number of entries within a duration."""
     times_s = place.entry_times_s
     inside = np.searchsorted(times_s, times_s + duration_s) - np.arange(len(times_s))
     return int(inside.max(initial=1))
@@ -139,14 +139,14 @@ def _place(recording: Recording, *, is_reversed: bool) -> Place:
 
 
 def _entries(recording: Recording) -> Entries:
-    """Return how people come in, without those who leave where they came: theirs is no way."""
+    """Return the entries, without people who leave where they entered."""
     came = entries(inside_corridor(recording))
     is_way = np.hypot(*(came.exit_points - came.entry_points).T) >= SHORTEST_WAY_M
     return Entries(*(column[is_way] for column in came))
 
 
 def _with_entry_routes(place: Place, recording: Recording) -> Place:
-    """Return the place with a straight route for each person, from where it came in to its exit."""
+    """Return the place with a straight route for each person, from entry to exit."""
     came = _entries(recording)
     ends = [np.stack(pair) for pair in zip(came.entry_points, came.exit_points, strict=True)]
     routes = pad_routes(ends) if ends else np.zeros((0, 2, 3))
@@ -161,7 +161,7 @@ def _with_entry_routes(place: Place, recording: Recording) -> Place:
 
 
 def inside_corridor(recording: Recording) -> Recording:
-    """Return the recording cut to the corridor, where straight routes meet no wall."""
+    """Return the recording cut to the corridor, in which straight routes are free of walls."""
     if recording.corridor is None:
         return recording
     (x1, x2), (y1, y2) = recording.corridor.x_m, recording.corridor.y_m
@@ -185,9 +185,9 @@ def inside_corridor(recording: Recording) -> Recording:
 
 
 def _in_slots(recording: Recording) -> list[list[int]]:
-    """Return for each slot the people whom it serves, one after another: the first free one."""
+    """Assign people to slots by first fit; return the consecutive people of each slot."""
     slots: list[list[int]] = []
-    free: list[int] = []  # heaps: the lowest slot, and the slot that is free next
+    free: list[int] = []  # heaps: free slots by number, and occupied slots by end
     taken: list[tuple[int, int]] = []
     ends = recording.first_steps + recording.lengths + EMPTY_STEPS
     for person in np.argsort(recording.first_steps, kind="stable").tolist():
@@ -220,9 +220,9 @@ def _is_start_free(stretch: Stretch, x: float, y: float) -> bool:
 def draw_stretch(
     table: RecordedTable, places: PlaceTable, key: np.uint64, nominal_speed_mps: float
 ) -> tuple[int, int]:
-    """Return which place, and which step of its recording an episode starts at.
+    """Draw the place, and the first step in its recording.
 
-    It leaves time for twice the drive at nominal speed, where the recording is long enough.
+    It leaves twice the travel time at nominal speed, if the recording is long enough.
     """
     u_which, u_way, _, _ = uniform4(key, SCENARIO, 0, 0)
     which = min(int(u_which * table.counts.shape[0]), table.counts.shape[0] - 1)
@@ -240,7 +240,7 @@ def draw_stretch(
 
 @scalar
 def fill_replayed(people: Records) -> None:
-    """Write people who follow the slots of a recording."""
+    """Write replayed people, one per slot of a recording."""
     for i in range(people.shape[0]):
         me = people[i]
         me.model, me.status, me.radius, me.route = REPLAY, WAITING, PERSON_RADIUS_M, i
@@ -250,7 +250,7 @@ def fill_replayed(people: Records) -> None:
 def fill_seeded(
     people: Records, place: Place, start_s: float, shares: Floats, key: np.uint64
 ) -> None:
-    """Write social-force people who come in from a moment of a recording on, as recorded."""
+    """Write social-force people with the entries of a recording from a moment on."""
     first = 0
     while first < place.entry_times_s.shape[0] and place.entry_times_s[first] < start_s:
         first += 1
@@ -260,5 +260,5 @@ def fill_seeded(
         me.reaction = choose_reaction(uniform4(key, SCENARIO, 0, 2 + i)[0], shares)
         if first + i < place.entry_times_s.shape[0]:
             seat(me, place, first + i, start_s)
-        else:  # nobody is left to come
+        else:  # no more entries
             me.status, me.route = GONE, place.entry_times_s.shape[0] - 1

@@ -1,7 +1,7 @@
-"""Where a robot drives when people are replayed from a recording: a straight line and the walls.
+"""Robot path and walls for a recording: a straight line through the recorded area.
 
 In a corridor the line runs along its middle from end to end. In the open it runs through the median
-of all sightings along the axis on which they spread most, and is long enough to span 90 % of them.
+of all sightings along their principal axis, and spans 90 % of them.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ SPAN_PERCENT = (5.0, 95.0)
 
 
 class ReplayFrame(NamedTuple):
-    """A robot's way through a recording.
+    """A robot's path through a recording.
 
     Attributes:
-        start: (2,) where the robot starts [m].
-        end: (2,) where it arrives [m].
+        start: (2,) start of the robot [m].
+        end: (2,) goal of the robot [m].
         walls: (W, 4) segments x1, y1, x2, y2 [m].
     """
 
@@ -39,13 +39,13 @@ def replay_frame(
     lateral_m: float = 0.0,
     robot_radius_m: float = ROBOT_RADIUS_M,
 ) -> ReplayFrame:
-    """Return the robot's way through a recording.
+    """Return the robot's path through a recording.
 
     Args:
-        recording: Whose people are replayed.
-        is_reversed: Drive from the far end to the near one.
-        lateral_m: How far to the left of the middle, seen in driving direction [m].
-        robot_radius_m: What must fit between the walls [m].
+        recording: The recording.
+        is_reversed: Whether to drive from the far end to the near one.
+        lateral_m: Offset to the left of the middle, in driving direction [m].
+        robot_radius_m: Radius that must fit between the walls [m].
 
     Raises:
         InvalidInput: the robot does not fit between the walls there.

@@ -1,19 +1,17 @@
-"""What a decision is worth: named, unweighted terms, each in a documented range.
+"""Reward: weighted sum of named terms, each in a documented range.
 
 reward = sum over terms of weight * term (weights: ``RewardWeights`` in the config). There is no
-bonus for merely living; time presses through the arrival term, which is what is left of the time
-allowed. The one cost that can go on while the robot stands, the burden, weighs so little that a
-whole episode of it costs less than a contact at nominal speed: to end it by a crash never pays.
+survival bonus; time enters through the arrival term, the remaining share of the horizon. The only
+cost of a standing robot, the burden, has a small weight: a whole episode of it costs less than a
+contact at nominal speed, so that ending an episode by a crash never pays.
 
-| term | range | meaning |
-|---|---|---|
-| progress | [0, 1] | reference point's advance in the decision / the advance at nominal speed |
-| intrusion | [0, 1] | deepest intrusion into a personal space x the robot's speed / nominal speed |
-| tracking | [0, 1] | cross-track and heading error, squared, 1 at 0.3 m or 0.5 rad |
-| smoothness | [0, 1] | squared change of the commanded speed / nominal speed |
-| burden | [0, 1] | largest share of a person's desired speed that the robot takes away |
-| contact | [0, 1] | at the end: half for it, half for its speed (1.5 m/s); a fifth if by a person |
-| arrival | [0, 1] | at the end: share of the time allowed that is left |
+| term | range | meaning | |---|---|---| | progress | [0, 1] | reference point's advance in the
+decision / the advance at nominal speed | | intrusion | [0, 1] | deepest intrusion into a personal
+space x the robot's speed / nominal speed | | tracking | [0, 1] | cross-track and heading error,
+squared, 1 at 0.3 m or 0.5 rad | | smoothness | [0, 1] | squared change of the commanded
+speed / nominal speed | | burden | [0, 1] | largest share of a person's desired speed that the robot
+takes away | | contact | [0, 1] | at the end: half for it, half for its speed (1.5 m/s); a fifth if
+by a person | | arrival | [0, 1] | at the end: remaining share of the horizon |
 """
 
 from __future__ import annotations
@@ -39,13 +37,13 @@ PROGRESS, INTRUSION, TRACKING, SMOOTHNESS, BURDEN, CONTACT, ARRIVAL = range(7)
 
 CROSS_TRACK_M = 0.3  # error at which the tracking term is 1
 HEADING_RAD = 0.5
-FULL_IMPACT_MPS = 1.5  # contact speed at which the contact term is 1: a brisk walk
-PERSON_CAUSED_SHARE = 0.2  # what the robot is charged for a contact that a person caused
+FULL_IMPACT_MPS = 1.5  # contact speed at which the contact term is 1 (brisk walk)
+PERSON_CAUSED_SHARE = 0.2  # share of the contact term for a person-caused contact
 
 
 @scalar
 def nearest_clearance(robot: RobotRecord, people: Records) -> float:
-    """Return the clearance to the nearest person, infinite where nobody is [m]."""
+    """Return the clearance to the nearest person, infinite without people [m]."""
     nearest = math.inf
     for i in range(people.shape[0]):
         if people[i].status == PRESENT:
@@ -58,8 +56,8 @@ def nearest_clearance(robot: RobotRecord, people: Records) -> float:
 def intrusion(robot: RobotRecord, people: Records, nominal_speed_mps: float) -> float:
     """Return the deepest intrusion, scaled by the robot's own motion, in [0, 1].
 
-    Waiting beside a passing person is free; driving beside one is not (EVALUATION metric 14:
-    comfort falls with the robot's speed, Neggers et al. 2022).
+    Waiting beside a passing person is free; driving beside one is not, since comfort decreases with
+    the robot's speed (Neggers et al. 2022).
     """
     depth = intrusion_depth(nearest_clearance(robot, people))
     return depth * clip(abs(robot.v) / nominal_speed_mps, 0.0, 1.0)
@@ -67,14 +65,14 @@ def intrusion(robot: RobotRecord, people: Records, nominal_speed_mps: float) -> 
 
 @scalar
 def tracking_error(robot: RobotRecord) -> float:
-    """Return the squared cross-track and heading error in units of what is tolerable, at most 1."""
+    """Return the normalized squared cross-track and heading error, at most 1."""
     error = (robot.y_e / CROSS_TRACK_M) ** 2 + (robot.theta_e / HEADING_RAD) ** 2
     return min(float(error), 1.0)
 
 
 @scalar
 def burden(people: Records) -> float:
-    """Return the largest share of its desired speed that the robot takes from a person, [0, 1]."""
+    """Return the largest relative loss of desired speed of any person, [0, 1]."""
     largest = 0.0
     for i in range(people.shape[0]):
         if people[i].status == PRESENT:
@@ -141,7 +139,7 @@ def judge(
     decisions: Records,
     out: Floats,
 ) -> None:
-    """Write how the episode stands and the unweighted terms of one decision.
+    """Write the outcome and the unweighted terms of one decision.
 
     Args:
         robots: (1,) ROBOT record.
@@ -150,7 +148,7 @@ def judge(
         contact: Index of the person in contact, ``WALL`` or ``NO_CONTACT``.
         steps: Decisions taken so far.
         rules: (1,) record of ``task.outcome.Rules``.
-        decisions: (1,) DECISION record; its first three fields are given, the others written.
+        decisions: (1,) DECISION record; its first three fields are inputs, the others outputs.
         out: (7,) terms in the order of ``TERMS``, written.
     """
     settle(decisions[0], robots[0], people, path, contact, steps, rules[0])

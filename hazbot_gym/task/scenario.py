@@ -1,8 +1,7 @@
-"""Where an episode's people come from: drawn, given singly, replayed, or seeded from tracks.
+"""Scenarios: people that are drawn, specified, replayed, or seeded from tracks.
 
-Everything that a scenario can be made of is laid out in one table of arrays, and ``draw_scenario``
-turns a key into a scenario: the same key, the same scenario, in either engine and whoever drives
-through it.
+A table of arrays holds all parameters, and ``draw_scenario`` maps a key to a scenario: equal keys
+give equal scenarios, for both engines and all policies.
 """
 
 from __future__ import annotations
@@ -42,11 +41,11 @@ from hazbot_gym.task.recorded import (
 )
 
 CROWD, WALKERS, REPLAYED, SEEDED = range(4)
-WALKER_REACH_M = 200.0  # walkers given one by one walk on this far
+WALKER_REACH_M = 200.0  # length of the routes of specified walkers
 
 
 class ScenarioTable(NamedTuple):
-    """All that scenarios are drawn from, as arrays for kernels."""
+    """Parameters of the scenario distribution, as arrays for kernels."""
 
     kind: int  # CROWD, WALKERS, REPLAYED or SEEDED
     places: PlaceTable
@@ -58,13 +57,13 @@ class ScenarioTable(NamedTuple):
 
 
 class Scenario(NamedTuple):
-    """What was drawn at a reset.
+    """Scenario of an episode.
 
     Attributes:
-        name: What the place or the recording is called.
+        name: Name of the place or the recording.
         place: Walls, path and routes.
         people: (P,) PERSON records at time zero.
-        recording: Whose people are replayed, from now on; without steps if nobody is.
+        recording: Remaining recording to replay; without steps if none.
     """
 
     name: str
@@ -74,16 +73,16 @@ class Scenario(NamedTuple):
 
 
 class Source:
-    """Draws scenarios for a config.
+    """Sampler of a config's scenarios.
 
     Attributes:
-        table: What they are drawn from.
-        people: How many people a scenario has room for.
-        names: What each place of the table is called.
+        table: Parameters of the distribution.
+        people: Number of PERSON records per scenario.
+        names: Name of each place of the table.
     """
 
     def __init__(self, config: Config) -> None:
-        """Lay out the table.
+        """Build the table.
 
         Raises:
             InvalidInput: The place or the tracks cannot be used, or the place lacks a route.
@@ -133,7 +132,7 @@ def _draw(people: Records, table: ScenarioTable, key: np.uint64) -> tuple[int, i
     return draw_scenario(people, table, key)
 
 
-# --- laying out ----------------------------------------------------------------------------------
+# --- building ------------------------------------------------------------------------------------
 
 
 def _in_place(config: Config) -> tuple[ScenarioTable, list[str]]:

@@ -1,7 +1,7 @@
-"""A small recording that the package makes itself, so that replay works without anybody's data.
+"""Synthetic recording, so that replay works without external data.
 
-People walk through a corridor on lanes, on the right-hand side, and queue up behind the slower. The
-lanes leave a robot that drives along the middle just enough room.
+People walk through a corridor on lanes, on the right-hand side, and queue behind slower people. The
+lanes leave just enough room for a robot in the middle.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ DT_S = 0.1
 LANES_M = (0.65, 1.15)  # from the middle line; the robot there is 0.30 m, a person 0.20 m in radius
 SPEED_MPS, SPEED_SD_MPS = 1.34, 0.26  # Weidmann 1993, the usual free walking speed
 SLOWEST_MPS, FASTEST_MPS = 0.7, 2.0  # bounds
-SWAY_M, SWAY_HZ = 0.04, 0.5  # of a body from side to side; a stride takes two steps
-LAST_ENTRY_S, HORIZON_S = 50.0, 90.0  # all have left long before the horizon
-SMALLEST_GAP_M, HEADWAY_S = 0.8, 0.8  # distance kept from somebody ahead who stands, and who walks
+SWAY_M, SWAY_HZ = 0.04, 0.5  # of the body's lateral sway; a stride takes two steps
+LAST_ENTRY_S, HORIZON_S = 50.0, 90.0  # everyone has left long before the horizon
+SMALLEST_GAP_M, HEADWAY_S = 0.8, 0.8  # minimum gap, and time headway
 
 
 def synthetic_recording(seed: int = 0) -> Recording:
     """Return people walking both ways through a corridor along x, 12 m long and 3 m wide.
 
-    25 people enter in a Poisson process, with normally distributed speeds held within bounds.
-    Nobody comes within 0.4 m of another.
+    25 people enter in a Poisson process, with truncated normal speeds, and keep at least 0.4 m
+    apart.
     """
     rng = np.random.default_rng(seed)
     entries = np.sort(rng.uniform(0.0, LAST_ENTRY_S, PEOPLE))  # Poisson, given their number
@@ -60,12 +60,12 @@ def synthetic_recording(seed: int = 0) -> Recording:
 def _walk(entry_s: float, speed_mps: float, ahead: Floats | None) -> Floats:
     """Return the distance walked at every step, NaN before the entry [m].
 
-    Free, or held by who is ahead: v = clip((gap - smallest gap)/headway, 0, v0).
+    Free, or limited by the leader: v = clip((gap - smallest gap)/headway, 0, v0).
     """
     steps = round(HORIZON_S / DT_S)
     walked = np.full(steps, np.nan)
     first = math.ceil(entry_s / DT_S)
-    if ahead is not None:  # nobody steps on the heels of the one before
+    if ahead is not None:  # keeps behind the leader
         first = max(first, int(np.argmax(ahead >= SMALLEST_GAP_M + HEADWAY_S * speed_mps)))
     walked[first] = 0.0
     for k in range(first + 1, steps):

@@ -1,4 +1,4 @@
-"""Signs that a recording was read in a wrong unit, at a wrong rate, or with columns mixed up."""
+"""Plausibility checks of a recording's unit, rate and columns."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import numpy as np
 from hazbot_gym.core.state import Floats, Ints
 from hazbot_gym.task.tracks import Recording
 
-GUESS = "guess: people walk"  # where a unit comes from that neither file nor user says
+GUESS = "guess: people walk"  # source of a unit that neither file nor user states
 WALKING_MPS = (0.3, 2.2)  # medians outside are improbable
-STILL_MPS = 0.05  # below, nobody walks
+STILL_MPS = 0.05  # below, people do not walk
 SMALLEST_EXTENT_M = 1.0
 MOST_PIECES = 2.0  # tracks of one id, on average
 FEWEST_SIGHTINGS = 3.0  # of one id, on average
-_STANDING_MPS = 0.2  # slower samples are left out of the median, if enough others are there
+_STANDING_MPS = 0.2  # slower samples are excluded from the median, if enough others remain
 _FEWEST_WALKING = 0.05
-_SPAN_S = 1.0  # over which speeds are measured: the body's sway averages out
+_SPAN_S = 1.0  # time base of speeds, which averages out the body's sway
 
 
 def walking_speed(ids: Ints, frames: Ints, positions: Floats, fps: float) -> Floats:
@@ -32,14 +32,14 @@ def walking_speed(ids: Ints, frames: Ints, positions: Floats, fps: float) -> Flo
 
 
 def median_speed(speeds_mps: Floats) -> float:
-    """Return the median of those who walk, or of all where hardly anybody does [m/s]."""
+    """Return the median speed of walking samples, or of all if few walk [m/s]."""
     walking = speeds_mps[speeds_mps > _STANDING_MPS]
     is_enough = len(walking) > _FEWEST_WALKING * len(speeds_mps)
     return float(np.median(walking if is_enough else speeds_mps))
 
 
 def doubts(recording: Recording) -> list[str]:
-    """Return a sentence for each sign that a recording is not what it should be."""
+    """Return one sentence per failed plausibility check."""
     reading = recording.reading
     found = list(reading.notes) if reading else []
     low, high = WALKING_MPS

@@ -1,7 +1,7 @@
 """The description beside a track file: JSON of the same name with rate, unit, columns and place.
 
-Fields that are not known are left alone, unless they look like one that is: a ``unit`` that is not
-read would be a wrong recording.
+Unknown fields are ignored, unless they resemble a known field: an ignored ``unit`` would give a
+wrong recording.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.track_formats.table import MOST_WALLS, Unit
 
 FARTHEST_M = 1e6  # of a wall or a corridor from the origin
-_CLOSE = 0.8  # of names, as difflib measures it
-_OTHER_NAMES = {  # of fields, that no measure of letters finds
+_CLOSE = 0.8  # similarity of names by difflib
+_OTHER_NAMES = {  # synonyms of fields, which difflib does not find
     **dict.fromkeys(("framerate", "frame_rate", "rate", "frequency", "hz", "freq"), "fps"),
     **dict.fromkeys(("frames_per_second", "sampling_rate", "sample_rate"), "fps"),
     **dict.fromkeys(("scale", "meters_per_pixel", "m_per_px"), "metres_per_pixel"),
@@ -38,7 +38,7 @@ class _Strict(BaseModel):
 
 
 class Geometry(_Strict):
-    """The place, as a description gives it [m]."""
+    """The place in a description [m]."""
 
     corridor_axis: Literal["x", "y"] | None = None
     corridor_x: _Point | None = None
@@ -47,7 +47,7 @@ class Geometry(_Strict):
 
 
 class Source(_Strict):
-    """Where a table was made from."""
+    """Origin of a table."""
 
     repo: str = ""
     commit: str = ""
@@ -59,7 +59,7 @@ class Source(_Strict):
 
 
 class Description(_Strict):
-    """The fields of a description that are read."""
+    """The known fields of a description."""
 
     name: str = ""
     fps: Scale | None = None
@@ -73,7 +73,7 @@ class Description(_Strict):
 
 
 def read_description(path: Path) -> Description:
-    """Read a description; an empty one if there is no such file.
+    """Read a description; empty without a file.
 
     Raises:
         InvalidInput: the file is not JSON, or a field is not usable or looks misspelled.
@@ -109,7 +109,7 @@ def _once(pairs: list[tuple[str, object]]) -> dict[str, object]:
 
 
 def _check_names(content: object, known: Collection[str]) -> None:
-    """Refuse unknown names that look like known ones."""
+    """Reject unknown names that resemble known ones."""
     if not isinstance(content, dict):
         return
     for name in content.keys() - set(known):

@@ -1,9 +1,9 @@
 """Reading recordings of walking people: a table, its description, units, frame rate and gaps.
 
 A table (``track_formats``) may have a description beside it, a JSON file of the same name with
-frame rate, unit, columns, walls, corridor, source, licence and citation. What neither options nor
-the description nor the file say is recognized from the values where only one reading makes people
-walk, or must be given. ``Recording.reading`` holds what was used, and where each came from.
+frame rate, unit, columns, walls, corridor, source, licence and citation. Values missing in options,
+description and file are inferred if only one reading gives plausible walking, else they are
+required. ``Recording.reading`` holds the used values and their sources.
 """
 
 from __future__ import annotations
@@ -37,15 +37,15 @@ from hazbot_gym.task.tracks import Corridor, Reading, Recording
 
 _METRES: dict[Unit, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 
-LONGEST_GAP_S = 0.5  # whoever is lost for longer is another person afterwards
-FASTEST_MPS = 5.0  # nobody walks faster; when many do, the unit or the frame rate is wrong
+LONGEST_GAP_S = 0.5  # a longer gap starts a new person
+FASTEST_MPS = 5.0  # maximum plausible speed; many faster steps mean a wrong unit or frame rate
 MOST_STEPS = 10_000_000  # of a recording, from its first to its last
 MOST_FILLED = 16  # steps for one sighting, on average: people seen every 0.5 s at 30 Hz,
-ALWAYS_FILLED = 1_000_000  # or so many in all
+ALWAYS_FILLED = 1_000_000  # or this total number
 
 
 class Options(NamedTuple):
-    """What a user gives to read a file; None leaves it to the description and the file.
+    """User options for reading a file; None: from the description or the file.
 
     Attributes:
         fps: Frames per second.
@@ -61,7 +61,7 @@ class Options(NamedTuple):
 
 
 class _Known(NamedTuple):
-    """What options and description say, and which of them."""
+    """Values from options and description, with their source."""
 
     fps: float | None
     fps_from: str
@@ -86,15 +86,15 @@ def read_tracks(
     """Read a recording from a file.
 
     Args:
-        path: The file; its description is looked for beside it, with the ending ``.json``.
-        fps: See ``Options``, which go before what description and file say.
+        path: The file; its description is beside it, with the suffix ``.json``.
+        fps: See ``Options``, which override description and file.
         units: As well.
         columns: As well.
         metres_per_pixel: As well.
 
     Raises:
-        InvalidInput: the file is missing or malformed, its rate or unit is not known, or people
-            would not walk.
+        InvalidInput: the file is missing or malformed, its rate or unit is not known, or speeds are
+            implausible.
     """
     options = Options(fps, units, columns, metres_per_pixel)
     path = Path(path)
@@ -128,7 +128,7 @@ def read_tracks(
 
 
 def check_options(options: Options) -> None:
-    """Refuse options that no file can be read with.
+    """Reject invalid options.
 
     Raises:
         InvalidInput: names the option.
@@ -158,7 +158,7 @@ def _known(options: Options, described: Description) -> _Known:
 
 
 def _unit(path: Path, table: Table, known: _Known, speeds: Floats) -> tuple[Unit, float, str]:
-    """Return the unit, its size in metres, and where it comes from."""
+    """Return the unit, its size in metres, and its source."""
     unit, unit_from = table.unit, table.unit_from
     if known.units:
         unit, unit_from = known.units, known.units_from
@@ -196,7 +196,7 @@ def _unit(path: Path, table: Table, known: _Known, speeds: Floats) -> tuple[Unit
 def _check_walking(
     name: str, table: Table, fps: float, unit: Unit, metres: float, speed_mps: float
 ) -> None:
-    """Refuse a recording in which nobody walks, or one step in ten is faster than anybody."""
+    """Reject a recording without walking, or with one step in ten faster than plausible."""
     same = np.diff(table.ids) == 0
     steps = np.hypot(*np.diff(table.positions, axis=0)[same].T) * metres
     fast = float(np.percentile(steps * fps / np.diff(table.frames)[same], 90))
@@ -216,7 +216,7 @@ def _check_walking(
 
 
 def _record(path: Path, table: Table, reading: Reading, described: Description) -> Recording:
-    """Put the sightings on equal time steps, person by person."""
+    """Convert the sightings to equal time steps, person by person."""
     frames = table.frames - table.frames.min()
     frame_step = int(np.gcd.reduce(frames))
     dt_s = frame_step / reading.fps
@@ -259,7 +259,7 @@ def _fill_gaps(steps: Ints, positions: Floats, starts: Ints, ends: Ints) -> Floa
     lengths = steps[ends] - steps[starts] + 1
     if lengths.sum() == len(steps):
         return positions
-    # One clock for all: each stretch is moved behind the one before it.
+    # A single clock: each stretch is shifted behind the previous one.
     shifts = np.cumsum(lengths) - lengths - steps[starts]
     clock = steps + np.repeat(shifts, ends - starts + 1)
     wanted = np.arange(lengths.sum())

@@ -1,4 +1,4 @@
-"""Recordings of a file or a folder: which files are tables, and reading all of them."""
+"""Recordings of a file or a folder: search for tables, and reading."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from hazbot_gym.task.track_files import AS_FOUND, Options, check_options, read_t
 from hazbot_gym.task.track_formats import ENDINGS, UnknownFormat, looks_like_table
 from hazbot_gym.task.tracks import Recording
 
-MOST_FOLDERS = 10_000  # below one: none that holds recordings, but a whole disk
+MOST_FOLDERS = 10_000  # more files mean a whole disk instead of a folder of recordings
 _SAME_M = 0.01  # positions this near are the same
 
 
 class Found(NamedTuple):
-    """What a file or folder holds.
+    """Contents of a file or folder.
 
     Attributes:
-        recordings: With names of their own.
-        doubts: A line for each sign that something is wrong.
+        recordings: Recordings with unique names.
+        doubts: One line per failed plausibility check.
         faults: A line for each file that cannot be read.
     """
 
@@ -80,7 +80,7 @@ def read_all(path: str | Path, options: Options = AS_FOUND) -> Found:
 
 
 def find_recordings(path: str | Path) -> list[Path]:
-    """Return the tables of a folder and those below it, sorted; a file is returned as it is.
+    """Return the tables below a folder, sorted; a file is returned unchanged.
 
     Files with the ending of a table are tables, except texts without rows of numbers, and those
     that a description names as the original of a table.
@@ -89,7 +89,7 @@ def find_recordings(path: str | Path) -> list[Path]:
         InvalidInput: there is no such file or folder, or no table in it.
     """
     path = Path(path)
-    if not os.path.exists(path):  # False where Path.exists raises
+    if not os.path.exists(path):  # False if Path.exists raises
         raise InvalidInput(f"tracks: given {str(path)!r}, there is no such file or folder")
     if not os.path.isdir(path):
         if not os.path.isfile(path):
@@ -142,16 +142,16 @@ def _files(folder: Path) -> Iterator[Path]:
 
 
 def _refuse(error: OSError) -> None:
-    """Refuse a folder that cannot be listed: it may hold recordings."""
-    if not isinstance(error, FileNotFoundError):  # gone meanwhile
+    """Raise for a folder that cannot be listed, since it may hold recordings."""
+    if not isinstance(error, FileNotFoundError):  # removed meanwhile
         raise InvalidInput(f"tracks: cannot read {error.filename} ({error.strerror})")
 
 
 def _originals(table: Path, top: Path) -> Iterator[Path]:
-    """Return where the original of a table may be: below any folder from the table's to the top."""
+    """Yield candidate paths of a table's original, from its folder up to the top."""
     try:
         source = read_description(table.with_suffix(".json")).source
-    except InvalidInput:  # said when the table is read
+    except InvalidInput:  # reported when the table is read
         return
     if not isinstance(source, Source) or not source.original_file:
         return
@@ -164,7 +164,7 @@ def _originals(table: Path, top: Path) -> Iterator[Path]:
 
 
 def _with_own_names(found: dict[Path, Recording], top: Path) -> list[Recording]:
-    """Return the recordings; those of one name are called by their path in the folder."""
+    """Return the recordings with unique names: duplicates are named by their path in the folder."""
     names = [recording.name for recording in found.values()]
     return [
         recording

@@ -1,4 +1,4 @@
-"""What a recording holds in numbers, and when, where and how fast its people enter.
+"""Statistics of a recording, and the entries of its people.
 
 Speeds are those of ``pattern_events.sample``: over half a second to either side, which averages the
 sway of the body out. Distances are between centres, at every step of the recording.
@@ -17,14 +17,14 @@ from hazbot_gym.core.state import Floats, Ints
 from hazbot_gym.task.pattern_events import PatternCount, Samples, pattern_events, sample
 from hazbot_gym.task.tracks import Recording
 
-STANDING_MPS = 0.2  # up to here a sample counts as standing
+STANDING_MPS = 0.2  # a slower sample counts as standing
 IMPOSSIBLE_MPS = 5.0  # a step faster than this is an error of the tracking
-SHORTEST_STAY_S, SHORTEST_WALK_M = 1.0, 1.0  # who stays or walks less is no walker to imitate
+SHORTEST_STAY_S, SHORTEST_WALK_M = 1.0, 1.0  # minimum duration and distance of an entry
 PERCENTILES = (5, 25, 50, 75, 95)
 
 
 class Statistics(NamedTuple):
-    """A recording in numbers; NaN where nothing can be said."""
+    """Statistics of a recording; NaN if undefined."""
 
     people: int
     duration_s: float
@@ -42,12 +42,12 @@ class Statistics(NamedTuple):
 
 
 class Entries(NamedTuple):
-    """How people come in, one row a person in order of entry.
+    """Entries of people, one row per person in order of entry.
 
     Attributes:
         times_s: (n,) time of entry [s].
-        entry_points: (n, 2) where a person is first seen [m].
-        exit_points: (n, 2) where it is last seen [m].
+        entry_points: (n, 2) first position [m].
+        exit_points: (n, 2) last position [m].
         speeds_mps: (n,) median speed while walking [m/s].
     """
 
@@ -58,7 +58,7 @@ class Entries(NamedTuple):
 
 
 def statistics(recording: Recording) -> Statistics:
-    """Return a recording in numbers."""
+    """Return the statistics of a recording."""
     by_person = _speeds(sample(recording))
     medians = [np.median(speeds) for speeds in by_person if len(speeds)]
     speeds = np.concatenate(by_person)
@@ -86,9 +86,9 @@ def statistics(recording: Recording) -> Statistics:
 
 
 def entries(recording: Recording) -> Entries:
-    """Return how people come in, without those seen for less than 1 s or walking less than 1 m.
+    """Return the entries of people seen for at least 1 s and walking at least 1 m.
 
-    A speed is the median over the samples that move, so that a stop on the way does not count.
+    A speed is the median over moving samples, so that stops do not count.
     """
     rows = []
     speeds = _speeds(sample(recording))

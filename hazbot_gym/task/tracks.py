@@ -13,7 +13,7 @@ import numpy as np
 
 from hazbot_gym.core.state import Floats, Ints
 
-_ROUNDING = 1e-9  # of a step, by which a clock's multiples may miss a recording's
+_ROUNDING = 1e-9  # tolerance of clock multiples, in steps
 
 
 class Corridor(NamedTuple):
@@ -25,17 +25,17 @@ class Corridor(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """With what a recording was read, and where each came from.
+    """Reading parameters of a recording, with their sources.
 
     Attributes:
         form: Format of the file, or its columns.
-        form_from: Where the order of the columns comes from.
+        form_from: Source of the column order.
         unit: Unit of the positions in the file.
-        unit_from: Where it comes from.
+        unit_from: Source of the unit.
         fps: Frames per second.
-        fps_from: Where they come from.
+        fps_from: Source of the rate.
         speed_mps: Median walking speed [m/s].
-        notes: What was left out or contradicts, a sentence each.
+        notes: One sentence per omission or contradiction.
     """
 
     form: str
@@ -53,18 +53,18 @@ class Recording:
     """People's tracks at constant time steps.
 
     Attributes:
-        name: What the recording is called.
+        name: Name of the recording.
         dt_s: Time step [s].
-        ids: (P,) each person's number in the source; who was lost for a while comes twice.
+        ids: (P,) each person's number in the source; a person lost for a while appears twice.
         first_steps: (P,) step at which each person is first seen; the earliest is 0.
         lengths: (P,) number of consecutive steps for which each person is seen.
         positions: (N, 2) all persons' positions, one person after the other [m].
         walls: (W, 4) segments x1, y1, x2, y2 [m].
-        corridor: Where people walk, if that is a corridor.
-        source: Where the file came from.
-        licence: Under which terms.
-        citation: Whom to name.
-        reading: With what it was read from a file.
+        corridor: The corridor, if any.
+        source: Origin of the file.
+        licence: Terms of use.
+        citation: Reference to cite.
+        reading: Parameters of reading the file.
     """
 
     name: str
@@ -101,12 +101,12 @@ class Recording:
 
 
 def steps_on_clock(recording: Recording, dt_s: float) -> int:
-    """Return how many of the times 0, dt, 2 dt, ... are within the recording."""
+    """Return the number of times 0, dt, 2 dt, ... within the recording."""
     return int(recording.duration_s / dt_s + _ROUNDING) + 1
 
 
 def resample(recording: Recording, dt_s: float) -> Recording:
-    """Return the recording at the times 0, dt, 2 dt, ..., without people who are seen at none.
+    """Return the recording at the times 0, dt, 2 dt, ..., without people not seen at any of them.
 
     Positions between two steps are interpolated linearly.
     """

@@ -1,9 +1,9 @@
-"""Walls from files that people have: polygons as WKT, and occupancy grids of ROS's map_server.
+"""Walls from files: polygons as WKT, and occupancy grids of ROS's map_server.
 
 A grid is a YAML file that names an image. A pixel of value v is occupied if its probability p
-exceeds ``occupied_thresh``: p = (255 - v)/255, or v/255 with ``negate``. ``origin`` is the pose
-(x, y, yaw) of the lower left corner. Walls are the outlines of what is occupied, simplified.
-Source: http://wiki.ros.org/map_server, section 2 (trinary and scale; raw is refused).
+exceeds ``occupied_thresh``: p = (255 - v)/255, or v/255 with ``negate``. ``origin`` is the pose (x,
+y, yaw) of the lower left corner. Walls are the simplified outlines of occupied areas.
+Source: http://wiki.ros.org/map_server, section 2 (trinary and scale; raw is rejected).
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ MOST_WALLS = 5000  # every step looks at each of them
 MOST_BYTES = 2**24  # of a WKT file
 MOST_CELLS = 2**24  # of a grid
 MOST_RUNS = 100_000  # of occupied cells in the rows of a grid
-TOLERANCE = 0.75  # of a cell, by which an outline may miss the cells' edges: diagonals lose steps
+TOLERANCE = 0.75  # tolerance of outlines in cells, which smooths diagonal steps
 
 
 class RosMap(Section):
-    """What the YAML file of a map says; newer versions of map_server may say more."""
+    """YAML file of a map; newer versions of map_server may have more fields."""
 
     model_config = ConfigDict(extra="ignore")
 
     image: str
-    resolution: Annotated[float, Gt(0)]  # m a pixel
+    resolution: Annotated[float, Gt(0)]  # m per pixel
     origin: Annotated[tuple[float, float, float], Loose]  # x, y [m], yaw [rad]
     negate: Annotated[int, Ge(0), Le(1)] = 0
     occupied_thresh: Annotated[float, Gt(0), Le(1)] = 0.65
@@ -62,7 +62,7 @@ def read_walls(path: Path) -> list[tuple[float, ...]]:
 
 
 def wall_files(path: Path) -> list[Path]:
-    """Return the files that ``read_walls`` reads: the file, and the image of a map."""
+    """Return the input files of ``read_walls``: the file, and the image of a map."""
     if path.suffix.lower() == ".wkt":
         return [path]
     return [path, path.parent / _read_map(path).image]
@@ -138,7 +138,7 @@ def _lines(path: Path, geometry: Geometry | None) -> Iterator[Floats]:
 
 
 def _map_lines(path: Path) -> Iterator[Floats]:
-    """Yield the outlines (n, 2) of what is occupied in a map [m]."""
+    """Yield the outlines (n, 2) of occupied areas in a map [m]."""
     shapely = _shapely()
     given = _read_map(path)
     is_occupied = _occupied(path.parent / given.image, given)
@@ -153,7 +153,7 @@ def _map_lines(path: Path) -> Iterator[Floats]:
 def _simplified(ring: Floats) -> Floats:
     """Return a ring (n, 2) with fewer corners; a rectangle keeps its four."""
     shapely = _shapely()
-    for tolerance in (0.0, 0.0, TOLERANCE):  # the first point stays, so begin at another each time
+    for tolerance in (0.0, 0.0, TOLERANCE):  # the first point is kept, so it is rotated
         if tolerance == 0.0 or len(ring) > 5:
             kept = shapely.get_coordinates(shapely.simplify(shapely.linearrings(ring), tolerance))
             ring = np.vstack([kept[1:], kept[1]])
@@ -168,7 +168,7 @@ def _read_map(path: Path) -> RosMap:
 
 
 def _occupied(path: Path, given: RosMap) -> npt.NDArray[np.bool_]:
-    """Return which cells are occupied, the lowest row first."""
+    """Return True for occupied cells, the lowest row first."""
     try:
         from PIL import Image, UnidentifiedImageError
     except ImportError as error:

@@ -2,7 +2,7 @@
 
 ``text``: delimited tables, with names or without, and Stanford Drone annotations; ``trajnet``:
 TrajNet++ ndjson; ``jupedsim``: JuPedSim sqlite; ``juelich``: hdf5 of the Juelich archive. A file is
-recognized by its first bytes, whatever its ending.
+recognized by its first bytes, not by its suffix.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ def read_table(path: Path, given: Given = NOTHING) -> Table:
 
     Args:
         path: of the file.
-        given: What is known about it from elsewhere.
+        given: Values from options and description.
 
     Raises:
-        UnknownFormat: the file is in no format that is read.
+        UnknownFormat: the format is not supported.
         InvalidInput: the file is missing or malformed.
         MissingExtra: its reader needs a package that is not installed.
     """
@@ -41,7 +41,7 @@ def read_table(path: Path, given: Given = NOTHING) -> Table:
 
 
 def looks_like_table(path: Path) -> bool:
-    """Tell whether a file may be read: as a table, its rows must have cells with numbers."""
+    """Return True if a file may be a track table: rows with numeric cells."""
     try:
         if _reader(path) is not None:
             return True
@@ -53,7 +53,7 @@ def looks_like_table(path: Path) -> bool:
 
 
 def _reader(path: Path) -> Callable[[Path], Table] | None:
-    """Return the reader that a file's first bytes call for, None for text."""
+    """Return the reader for a file's first bytes, None for text."""
     try:
         with path.open("rb") as file:
             start = file.read(4096)

@@ -1,4 +1,4 @@
-"""Cells of a delimited text file, parsed by pandas; every fault is said with its line."""
+"""Cells of a delimited text file, parsed by pandas, with line numbers in errors."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Cells:
         self._frame, self.rows = self._frame[is_kept], self.rows[is_kept]
 
     def place_of(self, row: int) -> str:
-        """Return where a row is in the file."""
+        """Return the location of a row in the file."""
         return f"line {self._line(row)[0]}"
 
     def numbers(self, column: int) -> Floats:
@@ -136,7 +136,7 @@ class Cells:
         return seconds
 
     def texts(self, column: int) -> list[str]:
-        """Return the cells of a column as they are in the file, without blanks around them."""
+        """Return the cells of a column as text, stripped."""
         return ["" if cell != cell else str(cell).strip() for cell in self._frame[column]]
 
     def _is_number(self, text: str) -> bool:

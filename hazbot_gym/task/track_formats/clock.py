@@ -8,7 +8,7 @@ from hazbot_gym.core.state import Floats, Ints
 from hazbot_gym.errors import InvalidInput
 
 MOST_STEPS = 1e9
-LARGEST_MISS = 0.25  # of a step, by which a time stamp may be off the clock
+LARGEST_MISS = 0.25  # tolerance of time stamps, in steps
 _RATES = (*range(1, 241), 2.5, 7.5, 12.5, 24e3 / 1001, 30e3 / 1001, 60e3 / 1001)  # frames a second
 
 

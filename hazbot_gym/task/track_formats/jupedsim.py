@@ -40,14 +40,14 @@ def read(path: Path) -> Table:
             return _read(path.name, database)
         finally:
             database.close()
-    # Damaged names make texts that cannot be decoded, of sqlite's own complaints as well.
+    # Damaged names can be undecodable, in sqlite's error messages, too.
     except (sqlite3.Error, OverflowError, UnicodeDecodeError) as error:
         reason = " ".join(str(error).split())
         raise InvalidInput(f"{path.name}: is not a usable database ({reason})") from None
 
 
 def _read(name: str, database: sqlite3.Connection) -> Table:
-    # A view could compute without end: only tables are read.
+    # A view could compute endlessly: only tables are read.
     named = database.execute("SELECT name FROM sqlite_master WHERE type = 'table'")
     tables = {row[0] for row in named}
     columns = {row[1] for row in database.execute("PRAGMA table_info(trajectory_data)")}

@@ -25,7 +25,7 @@ _TWO_NUMBERS = re.compile(r"[-+.,\deE]+\s+[-+.,\deE]+$")
 
 
 class Layout(NamedTuple):
-    """A text file, sorted out.
+    """Parsed layout of a text file.
 
     Attributes:
         name: of the file.
@@ -98,7 +98,7 @@ def layout_of(path: Path, at_most: int | None = None) -> Layout:
 
 
 def is_number(cell: str, decimal: str = ".") -> bool:
-    """Tell whether a cell is a number, which NaN and infinity count as."""
+    """Return True if a cell is a number, NaN and infinity included."""
     if len(cell) > _LONGEST_NUMBER or (decimal == "," and "." in cell):
         return False
     return bool(_NUMBER.match(cell.strip().replace(decimal, ".")))
@@ -112,7 +112,7 @@ def bare(line: str) -> str:
 
 
 def separator_of(line: str) -> str | None:
-    """Return what separates the cells of a row; None for blanks."""
+    """Return the separator of a row's cells; None for blanks."""
     marks = [mark for mark in ";\t," if mark in line]
     for mark in marks:
         cells = cells_of(line, mark)

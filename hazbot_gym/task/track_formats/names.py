@@ -1,4 +1,4 @@
-"""Names of columns in track files: which of them hold id, frame or time, x and y, in which unit."""
+"""Column names in track files: roles (id, frame or time, x, y) and units."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ BOX = ("xmin", "xmax", "ymin", "ymax")
 
 
 class Column(NamedTuple):
-    """A column as its name tells: our name or "", and the unit or ""."""
+    """A column from its name: our name or "", and the unit or ""."""
 
     ours: str
     unit: str
 
 
 class Roles(NamedTuple):
-    """Which columns hold what.
+    """Roles of columns.
 
     Attributes:
         at: Index of the column by our name.
@@ -72,7 +72,7 @@ class Roles(NamedTuple):
 
 
 def column(name: str) -> Column:
-    """Return what the name of a column tells: ``x/cm``, ``pos_x [m]``, ``timestamp_ms``."""
+    """Parse the name of a column: ``x/cm``, ``pos_x [m]``, ``timestamp_ms``."""
     name = " ".join(name.strip("\"' \t").split())
     ours = _OURS.get(_bare(name), "")
     found = _UNIT.search(name)
@@ -88,7 +88,7 @@ def length_unit(word: str) -> Unit | None:
 
 
 def roles_of(names: Sequence[str]) -> Roles | None:
-    """Return which columns hold what; None if id, frame or time, x or y is missing.
+    """Return the roles of columns; None if id, frame or time, x or y is missing.
 
     Raises:
         InvalidInput: two columns could hold the same, or x and y differ in their units.

@@ -1,9 +1,8 @@
-"""The order of columns in tables without names, recognized from the values.
+"""Inference of the column order in tables without names.
 
-Two orders of ``id`` and ``frame`` are in use. The right one shows itself: a person moves smoothly
-from frame to frame, is seen in frames that follow one another, and there are more frames than
-people; numbers of frames may have a common step (10 in 2.5 Hz sets). Where the signs do not agree,
-the names must be given.
+Two orders of ``id`` and ``frame`` are in use. Signs of the right order: a person moves smoothly
+from frame to frame, is seen in consecutive frames, and there are more frames than people; frame
+numbers may have a common step (10 in 2.5 Hz sets). If the signs disagree, names are required.
 """
 
 from __future__ import annotations
@@ -20,8 +19,8 @@ REST = {
     6: ("x y vx vy",),
     8: ("x z y vx vz vy", "x y z vx vy vz"),
 }
-SURE = 2  # sum of the signs at which an order is taken
-_SAMPLE = 200_000  # rows that are looked at
+SURE = 2  # sum of signs that decides an order
+_SAMPLE = 200_000  # number of inspected rows
 
 
 def recognized(name: str, cells: Floats) -> str:
@@ -52,7 +51,7 @@ def recognized(name: str, cells: Floats) -> str:
 
 
 def _rest(cells: Floats) -> str | None:
-    """Return what follows id and frame: in eight columns the height is the one that is constant."""
+    """Return the columns after id and frame: of eight columns, the constant one is the height."""
     options = REST[cells.shape[1]]
     if len(options) == 1:
         return options[0]
@@ -65,7 +64,7 @@ def _rest(cells: Floats) -> str | None:
 
 
 def _sign(first: Floats, second: Floats, positions: Floats) -> int:
-    """Return how many signs speak for ``id frame``, less those for ``frame id``."""
+    """Return the number of signs for ``id frame`` minus those for ``frame id``."""
     ids_first, frames_first = _Steps(first, second, positions), _Steps(second, first, positions)
     if not ids_first.count or not frames_first.count:
         return SURE * (bool(ids_first.count) - bool(frames_first.count))
@@ -79,7 +78,7 @@ def _sign(first: Floats, second: Floats, positions: Floats) -> int:
 
 
 class _Steps:
-    """Steps of people in one order: their number, size, bend and how many are of one frame."""
+    """Statistics of people's steps in one order: number, size, bend, share of single frames."""
 
     def __init__(self, ids: Floats, frames: Floats, positions: Floats) -> None:
         order = np.lexsort((frames, ids))
@@ -112,7 +111,7 @@ def _common_step(values: Floats) -> int:
 
 
 def _is_clock(cells: Floats, id_column: int, frame_column: int) -> bool:
-    """Tell whether the third column counts with the frames, and people move in the fourth."""
+    """Return True if the third column increases with frames, and people move in the fourth."""
     ids, frames, third, fourth = cells[:, [id_column, frame_column, 2, 3]].T
     if len(np.unique(ids)) < 2 or not np.ptp(frames) or not np.ptp(third):
         return False
@@ -122,7 +121,7 @@ def _is_clock(cells: Floats, id_column: int, frame_column: int) -> bool:
 
 
 def _check_velocities(fault: str, cells: Floats, sign: int, xy: list[int], v: list[int]) -> None:
-    """Refuse columns that do not point along the steps of people."""
+    """Reject velocity columns that do not point along people's steps."""
     ids, frames = (cells[:, 0], cells[:, 1]) if sign > 0 else (cells[:, 1], cells[:, 0])
     order = np.lexsort((frames, ids))
     is_same = np.diff(ids[order]) == 0

@@ -1,4 +1,4 @@
-"""The table that every reader of a track format returns, and what the user gave to read it.
+"""Table of sightings, returned by every reader, and its options.
 
 Checks that hold for all formats are here: finite numbers, whole ids and frames, one sighting of a
 person in a frame.
@@ -31,18 +31,18 @@ READ = (
 
 
 class UnknownFormat(InvalidInput):
-    """A file is in none of the formats that are read."""
+    """A file has no supported format."""
 
     def __init__(self, name: str, what: str) -> None:
         super().__init__(f"{name}: unknown format: {what}; read are {READ}")
 
 
 class Given(NamedTuple):
-    """What options and the description say about a table; None where they say nothing.
+    """Values from options and description; None if not given.
 
     Attributes:
         columns: Names of the columns, from left to right.
-        columns_from: Where the names come from.
+        columns_from: Source of the names.
         fps: Frames per second, for time stamps without a rate of their own.
     """
 
@@ -62,13 +62,13 @@ class Table(NamedTuple):
         frames: (N,) number of the frame.
         positions: (N, 2) in the file's unit.
         form: Name of the format, with the order of the columns where it has one.
-        form_from: Where the order comes from.
-        fps: Frames per second, if the file says so, and where it says so.
-        fps_from: Where the rate comes from.
+        form_from: Source of the order.
+        fps: Frames per second, if in the file.
+        fps_from: Source of the rate.
         unit: Unit of the positions, if the file or its format says so.
-        unit_from: Where the unit comes from.
+        unit_from: Source of the unit.
         walls: (W, 4) segments x1, y1, x2, y2, in metres.
-        notes: What was left out, a sentence each.
+        notes: One sentence per omission.
     """
 
     ids: Ints
@@ -98,7 +98,7 @@ def sorted_sightings(
         ids: (N,) number of the person.
         frames: (N,) number of the frame.
         positions: (N, 2).
-        place_of: Tells where row i is in the file.
+        place_of: Returns the location of row i in the file.
 
     Raises:
         InvalidInput: a number cannot be used, or a person is seen twice in a frame.
@@ -118,10 +118,10 @@ def sorted_sightings(
 def check_numbers(
     name: str, ids: Floats, frames: Floats, values: Floats, place_of: Callable[[int], str]
 ) -> None:
-    """Refuse ids and frames that are not whole, and values (N, k) beyond all bounds.
+    """Reject ids and frames that are not whole, and values (N, k) out of bounds.
 
     Raises:
-        InvalidInput: says where the first one is.
+        InvalidInput: names the first location.
     """
     whole = np.column_stack([ids, frames])
     with np.errstate(invalid="ignore"):

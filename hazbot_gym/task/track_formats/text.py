@@ -1,6 +1,6 @@
 """Tables as text: comma, semicolon, tabulator or blank separated, with names of columns or without.
 
-Names are given, or stand on the first line or in a comment. Without them the order is recognized
+Names are given, or are on the first line or in a comment. Otherwise the order is inferred
 (``orders``). Stanford Drone annotations are ten columns, boxes in pixels with a label.
 """
 
@@ -55,7 +55,7 @@ _UNITS = (
 
 
 class _Named(NamedTuple):
-    """The columns of a table by role, and where their names come from."""
+    """The columns of a table by role, and the source of their names."""
 
     roles: Roles
     form: str
@@ -66,7 +66,7 @@ def read(path: Path, given: Given) -> Table:
     """Read a table.
 
     Raises:
-        UnknownFormat: the columns cannot be told.
+        UnknownFormat: the columns are ambiguous.
         InvalidInput: the file cannot be read, or a cell is not what it must be.
     """
     layout = layout_of(path)
@@ -99,7 +99,7 @@ def read(path: Path, given: Given) -> Table:
 
 
 def _named(layout: Layout, given: Given) -> _Named | None:
-    """Return the columns of names that are given, or stand in the file; None without names."""
+    """Return the columns from given names or names in the file; None without names."""
     width = len(layout.row)
     if given.columns is not None:
         roles = roles_of(given.columns)
@@ -169,7 +169,7 @@ def _told(order: str, form: str, form_from: str) -> _Named:
 
 
 def _leave_out(cells: Cells, roles: Roles, name: str) -> tuple[str, ...]:
-    """Drop what boxes mark as lost, and what labels say is not a person.
+    """Drop boxes marked as lost, and rows with labels other than people.
 
     Boxes are of pedestrians or of something else; a label beside a point may say anything, such as
     ``adult``, and only names of vehicles count.
@@ -201,11 +201,11 @@ def _positions(cells: Cells, roles: Roles) -> Floats:
 def _frames(
     layout: Layout, cells: Cells, roles: Roles, ids: Floats, given: Given
 ) -> tuple[Floats, float | None, str]:
-    """Return the frame of each row, and the frames per second with where they come from."""
+    """Return the frame of each row, and the frames per second with their source."""
     commented = _rate(layout)
     if "frame" in roles.at:
         frames = cells.numbers(roles.at["frame"])
-        is_usable = np.abs(frames).max() <= LARGEST_WHOLE  # others are refused later on
+        is_usable = np.abs(frames).max() <= LARGEST_WHOLE  # others are rejected later
         if commented or given.fps or "time" not in roles.at or not is_usable:
             return frames, commented, "comment" if commented else ""
         times_s = cells.times_s(roles.at["time"], roles.second_s)
@@ -216,10 +216,10 @@ def _frames(
 
 
 def _rate(layout: Layout) -> float | None:
-    """Return the frame rate that comments tell.
+    """Return the frame rate in comments.
 
     Raises:
-        InvalidInput: they tell two.
+        InvalidInput: they contain two rates.
     """
     lines = [" ".join(line.split()) for line in (*layout.comments, layout.header or "")]
     found = {
@@ -235,7 +235,7 @@ def _rate(layout: Layout) -> float | None:
 
 
 def _unit(layout: Layout, named: _Named) -> tuple[Unit | None, str]:
-    """Return the unit of the positions that names or comments tell, and where."""
+    """Return the unit of positions in names or comments, and its source."""
     if named.roles.unit:
         return named.roles.unit, named.form_from
     if named.roles.is_box:

@@ -33,10 +33,10 @@ def read(path: Path) -> Table:
 
     Raises:
         UnknownFormat: a line is neither a scene nor a sighting.
-        InvalidInput: a line is not JSON, or the scenes tell different rates.
+        InvalidInput: a line is not JSON, or the scenes have different rates.
     """
     cells, lines, predicted = array("d"), array("q"), 0
-    rates: dict[str, object] = {}  # by what is written: a value may be anything
+    rates: dict[str, object] = {}  # by repr, since a value may be anything
     if path.stat().st_size > MOST_BYTES:
         raise InvalidInput(f"{path.name}: is larger than 256 MiB")
     with path.open("rb") as file:

@@ -1,4 +1,4 @@
-"""Walls of a walkable area that a track file brings as well-known text (WKT)."""
+"""Walls from a walkable area in well-known text (WKT)."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def walls_of(name: str, areas: Sequence[object]) -> Floats:
     if not areas:
         return np.zeros((0, 4))
     try:
-        with np.errstate(invalid="ignore"):  # NaN is refused below
+        with np.errstate(invalid="ignore"):  # NaN is rejected below
             edges = shapely.boundary(shapely.union_all(shapely.from_wkt(list(areas))))
         lines = [shapely.get_coordinates(line) for line in shapely.get_parts(edges)]
     except (shapely.errors.ShapelyError, TypeError, ValueError) as error:
