@@ -243,7 +243,8 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
 
     def _reflex(self) -> bool:
         """Return True if the reflex is enabled and an obstacle is near ahead."""
-        return bool(self._ranges[: FRONT_RIGHT + 1].min() < self.config.drive.reflex_stop_m)
+        stop_m = self.config.drive.reflex_stop_m
+        return stop_m > 0.0 and bool(self._ranges[: FRONT_RIGHT + 1].min() < stop_m)
 
     def _observe(self) -> npt.NDArray[np.float32]:
         world = self._world

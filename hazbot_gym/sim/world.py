@@ -1,9 +1,10 @@
 """Reference engine: robot, people and walls as pymunk bodies in one space.
 
-pymunk (Chipmunk 7) integrates the bodies and finds the contacts; velocities come from the same
-formulas as in the batched engine (``drive``, ``people``). Bodies follow their records exactly until
-a contact, which ends the episode. One space serves all episodes: bodies are moved, not rebuilt;
-walls are replaced only when the place changes.
+Where something is within the robot's reach, pymunk (Chipmunk 7) integrates the bodies and finds the
+contacts; velocities come from the same formulas as in the batched engine (``drive``, ``people``).
+Elsewhere no contact is possible, and the records advance without the bodies, which are set to them
+when something comes near. A contact ends the episode. One space serves all episodes: bodies are
+moved, not rebuilt; walls are replaced only when the place changes.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from hazbot_gym.core.state import (
     ROBOT_MASS_KG,
     ROBOT_RADIUS_M,
     WHEEL,
+    Floats,
     Ints,
     Place,
     Records,
@@ -96,6 +98,43 @@ def _people_step(
     return slack(people, place.walls, robots[0], dt_s)
 
 
+@lean_kernel
+def _advance(
+    robots: Records,
+    wheels: Records,
+    people: Records,
+    place: Place,
+    parameters: Records,
+    gains: Floats,
+    force: Records,
+    reactions: Records,
+    recording: Stretch,
+    key: np.uint64,
+    first: int,
+    last: int,
+    substeps: int,
+    social_s: float,
+    slack_m: float,
+    lanes: Records,
+    work: Workspace,
+) -> tuple[int, float]:
+    """Simulate social periods from ``first`` on, while no contact is possible.
+
+    Returns:
+        The period that is next, ``last`` if all were simulated; and the robot's slack [m].
+    """
+    period = first
+    while period < last and slack_m > 0.0:
+        drive(
+            robots, wheels, place.path, parameters, gains, key, period * substeps, substeps, lanes
+        )
+        slack_m = _people_step(
+            people, robots, place, force, reactions, recording, key, period + 1, social_s, work
+        )
+        period += 1
+    return period, slack_m
+
+
 class World:
     """A robot, people and walls, stepped one decision at a time.
 
@@ -121,6 +160,7 @@ class World:
         self.robots, self._wheels = records(ROBOT, 1), records(WHEEL, 2)
         self._lanes, self._bench = records(DRIVE_LANES, 1), make_workspace(0)
         self._pending = np.zeros(config.drive.latency_steps + 1)
+        self._slack_m = 0.0  # distance to spare in the next social period
         self._x, self._y = self.robots["x"], self.robots["y"]
         self._space = pymunk.Space()
         for kind in (_PERSON, _WALL):
@@ -158,10 +198,8 @@ class World:
             body = self._add_body(PERSON_RADIUS_M, PERSON_MASS_KG, _PERSON)
             self._index[body] = len(self._person_bodies)
             self._person_bodies.append(body)
-        self._is_placed = [False] * len(self._person_bodies)
         for i, body in enumerate(self._person_bodies):
             self._park(i, body)
-        self._robot_body.position = self._x[0], self._y[0]
         self._social(0)
 
     @property
@@ -182,20 +220,18 @@ class World:
     def step(self, command_mps: float, *, stops: bool = False) -> None:
         """Simulate one decision period; stop early at a contact.
 
-        A social period without possible contact is one pymunk step; otherwise contacts are checked
-        at every physics step.
+        Social periods without possible contact are simulated at once, in compiled code; in the
+        others pymunk looks for contacts at every physics step.
         """
         command_robot(self.robots, command_mps, stops, self._pending, self.decision)
-        periods, substeps = self._clock.social_per_decision, self._clock.physics_per_social
-        for period in range(self.decision * periods, (self.decision + 1) * periods):
-            stride = substeps if self._slack_m > 0.0 else 1
-            for elapsed in range(0, substeps, stride):
-                self._physics(period * substeps + elapsed, stride)
-                if self.contact is not None:
-                    self._catch_up(elapsed + stride)
-                    self.decision += 1
-                    return
-            self._social(period + 1)
+        periods = self._clock.social_per_decision
+        period, end = self.decision * periods, (self.decision + 1) * periods
+        while period < end and self.contact is None:
+            if self._slack_m > 0.0:
+                period = self._advance(period, end)
+            else:
+                self._approach(period)
+                period += 1
         self.decision += 1
 
     def snapshot(self) -> Snapshot:
@@ -223,8 +259,42 @@ class World:
         self.__dict__.update(state)
         self._x, self._y = self.robots["x"], self.robots["y"]
 
-    def _physics(self, first_step: int, substeps: int) -> None:
-        """Drive the robot for some physics steps, and move all bodies in a single pymunk step."""
+    def _advance(self, first: int, last: int) -> int:
+        """Simulate social periods while no contact is possible, and return the next one."""
+        period, self._slack_m = _advance(
+            self.robots,
+            self._wheels,
+            self.people,
+            self.place,
+            self._parameters,
+            self._gains,
+            self._force,
+            self._reactions,
+            self._recording,
+            self._key,
+            first,
+            last,
+            self._clock.physics_per_social,
+            self._clock.social_s,
+            self._slack_m,
+            self._lanes,
+            self._bench,
+        )
+        return period
+
+    def _approach(self, period: int) -> None:
+        """Simulate a social period with pymunk, up to a contact."""
+        self._place_bodies()
+        substeps = self._clock.physics_per_social
+        for k in range(substeps):
+            self._physics(period * substeps + k)
+            if self.contact is not None:
+                self._catch_up(k + 1)
+                return
+        self._social(period + 1)
+
+    def _physics(self, step: int) -> None:
+        """Drive the robot for a physics step, and move all bodies with pymunk."""
         x, y = self._x[0], self._y[0]
         drive(
             self.robots,
@@ -233,16 +303,16 @@ class World:
             self._parameters,
             self._gains,
             self._key,
-            first_step,
-            substeps,
+            step,
+            1,
             self._lanes,
         )
-        dt_s = substeps * self._clock.physics_s
+        dt_s = self._clock.physics_s
         _set_velocity(self._robot_body, ((self._x[0] - x) / dt_s, (self._y[0] - y) / dt_s))
         self._space.step(dt_s)
 
     def _social(self, step: int) -> None:
-        """Update all people's velocities for the next social period, and set them on the bodies."""
+        """Move all people, and update their velocities for the next social period."""
         self._slack_m = _people_step(
             self.people,
             self.robots,
@@ -255,17 +325,19 @@ class World:
             self._clock.social_s,
             self._bench,
         )
+
+    def _place_bodies(self) -> None:
+        """Set positions and velocities of all bodies to those of their records."""
         people = self.people
+        self._robot_body.position = self._x[0], self._y[0]
         xs, ys = people["x"].tolist(), people["y"].tolist()
         vxs, vys = people["vx"].tolist(), people["vy"].tolist()
         for i, status in enumerate(people["status"].tolist()):
             body = self._person_bodies[i]
             if status == PRESENT:
-                if not self._is_placed[i]:
-                    body.position = xs[i], ys[i]
-                    self._is_placed[i] = True
+                body.position = xs[i], ys[i]
                 _set_velocity(body, (vxs[i], vys[i]))
-            elif self._is_placed[i]:
+            else:
                 self._park(i, body)
 
     def _catch_up(self, physics_steps: int) -> None:
@@ -298,7 +370,6 @@ class World:
     def _park(self, i: int, body: pymunk.Body) -> None:
         body.position = _AWAY + 10.0 * i, _AWAY
         body.velocity = 0.0, 0.0
-        self._is_placed[i] = False
 
     def _build_walls(self, place: Place) -> None:
         self._space.remove(*self._wall_shapes)
