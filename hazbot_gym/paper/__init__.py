@@ -1,6 +1,6 @@
-"""The published paper, run again: every experiment on this library's environment and controllers.
+"""Reproduction of the published paper: every experiment with this library.
 
-Experiments are modules of this package and know nothing of pictures; ``figures`` draws what they
-found, ``chapters`` says it in the order of the paper's sections, and ``run`` makes ``paper.json``
-and the page of them.
+Experiments are modules of this package, independent of figures; ``figures`` draws their results,
+``chapters`` reports them in the order of the paper's sections, and ``run`` writes ``paper.json``
+and the page.
 """

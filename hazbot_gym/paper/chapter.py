@@ -1,4 +1,4 @@
-"""What a section of the paper comes to here: values, tables, pictures and text, as plain data."""
+"""Results of a section of the paper: values, tables, figures and text, as plain data."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ Cell = str | float | None
 
 
 class Table(NamedTuple):
-    """A table of the page; numbers are shown with three digits that count."""
+    """A table of the page; numbers are shown with three significant digits."""
 
     caption: str
     head: tuple[str, ...]
@@ -20,20 +20,20 @@ class Picture(NamedTuple):
     """A figure of the page."""
 
     name: str  # of its file, without ending: lower case, words joined by hyphens
-    paper: str  # the paper's figure that it stands for, such as "Figure 3"; "" if there is none
-    caption: str  # what is seen, for somebody who has only the paper in hand
+    paper: str  # the paper's figure that it reproduces, such as "Figure 3", or ""
+    caption: str  # caption, for a reader of the paper
     svg: str
 
 
 class Chapter(NamedTuple):
-    """A section of the paper, run again.
+    """Reproduction of a section of the paper.
 
     Attributes:
         number: Of the section, such as "3.1".
         title: Of the section.
-        here: What came out for the paper's reported numbers, by their id in ``numbers.yaml``.
-        record: What else was measured, as values for JSON.
-        text: Paragraphs; figures in them are filled in from what was measured.
+        here: Reproduced values of the paper's reported numbers, by their id in ``numbers.yaml``.
+        record: Further measured values, for JSON.
+        text: Paragraphs; numbers in them come from measurements.
         tables: Tables of the page.
         pictures: Figures of the page.
     """

@@ -1,9 +1,9 @@
-"""Circle tracking (paper section 5.2, Table 3, Figures 17, 18, 20): one lap, and what it comes to.
+"""Circle tracking (paper section 5.2, Table 3, Figures 17, 18, 20): one lap and its figures.
 
 The robot stands at the start of the circle while its reference sets off at full speed (scenario
 ``circle``). The position error is hypot(x_e, y_e), the angle error |theta_e|; an error has
-converged when it is below 0.001 m or rad for good, the third decimal that the paper resolves
-(SPEC A12).
+converged when it is below 0.001 m or rad for good, the third decimal that the paper resolves (A12,
+docs/paper.md).
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from hazbot_gym.task.places import CIRCLE_RADIUS_M, circle
 START = Pose(*path_pose(build_place(circle()).path.view(np.recarray), 0.0)[:3])
 BAND = 0.001  # of a converged error [m, rad]
 PHYSICS_S = 0.01  # the paper's sampling interval
-NOISE = {  # of Table 2, as the drive has it unless a scenario silences it
+NOISE = {  # of Table 2, the drive's default
     name: Drive.model_fields[name].default for name in ("wheel_noise_radps", "heading_noise_rad")
 }
 COLUMNS = ("s", "x", "y", "x_e", "y_e", "theta_e")
 
 
 class Load(NamedTuple):
-    """A load that slows both motors from some time on, as much as it would in the end."""
+    """A load step on both motors, given by its steady-state slowdown."""
 
     from_s: float
     drop_radps: float  # of a wheel without control
@@ -144,7 +144,7 @@ def drive_lap(
 
 
 def converged_s(time_s: Floats, error: Floats, band: float = BAND) -> float:
-    """Return from when on an error stays below a band; the end of the lap if it never does."""
+    """Return the time after which an error stays below a band; the end of the lap if never."""
     above = np.flatnonzero(~(error < band))  # a NaN has not converged
     return float(time_s[above[-1]]) if len(above) else 0.0
 
@@ -174,7 +174,7 @@ class Point(NamedTuple):
     angle: float  # error [rad]
 
 
-# As printed; what is wrong in it stands in SPEC section 6.
+# As printed, errors included.
 TABLE_3 = (
     Point(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     Point(3.431, 3.438, 3.434, 3.451, 0.014, 0.007),
@@ -185,10 +185,10 @@ TABLE_3 = (
 
 
 def critical_points(lap: Lap) -> list[Point]:
-    """Return our Table 3: where the robot is when the target is nearest to each printed one.
+    """Return our Table 3: the robot's position when the target is nearest to each printed target.
 
-    The first row is the start, before any step; each other one is looked for within an eighth of a
-    lap of its quarter, since the last target is the first one again.
+    The first row is the start, before any step; every other one is searched within an eighth of a
+    lap around its quarter, since the last target equals the first.
     """
     found = [Point(START.x, START.y, START.x, START.y, 0.0, 0.0)]
     steps = len(lap.time_s)

@@ -1,4 +1,4 @@
-"""How far the four numbers of the circle depend on what the paper leaves open (SPEC section 5).
+"""Sensitivity of the four numbers of the circle to parameters that the paper leaves open.
 
 Plant, sign and tables of the rules, speed, radius, sampling, the motors' limit, the band that
 "converged" means, and the sensor noise of Table 2; each for both controllers.
@@ -26,7 +26,7 @@ from hazbot_gym.paper.circle import (
 
 LOOPS = {"fuzzy-PID": "fuzzy_pid", "PID": "pid"}
 BANDS = (0.0005, BAND, 0.002, 0.005)  # of a converged error [m, rad]
-SHARES = (0.05, 0.02)  # the same as shares of the lap's own largest error
+SHARES = (0.05, 0.02)  # the same relative to the lap's largest error
 LAST_S = 10.0  # of a lap, in which only noise is left
 
 
@@ -45,7 +45,7 @@ def plants() -> dict[str, Figures]:
 
 
 def variants() -> dict[str, Figures]:
-    """Return the four numbers on plant B with one thing changed, for whom it concerns."""
+    """Return the four numbers on plant B with one change, for the controllers that it affects."""
     both: dict[str, tuple[dict[str, object], dict[str, Any]]] = {
         "0.3 m/s": ({"nominal_speed_mps": 0.3}, {}),
         "radius 3.5 m": ({}, {"radius_m": 3.5}),
@@ -70,14 +70,14 @@ def variants() -> dict[str, Figures]:
 
 
 class Converged(NamedTuple):
-    """When the two errors of a lap converged."""
+    """Convergence times of a lap's two errors."""
 
     position_s: float
     angle_s: float
 
 
 def bands(lap: Lap) -> dict[str, Converged]:
-    """Return when a lap converged by each meaning of the word; the paper gives none (SPEC A12)."""
+    """Return convergence times of a lap by several definitions; the paper gives none (A12)."""
     errors = (lap.position_m, lap.angle_rad)
     absolute = {
         f"{band:g}": Converged(*(converged_s(lap.time_s, error, band) for error in errors))
@@ -92,7 +92,7 @@ def bands(lap: Lap) -> dict[str, Converged]:
 
 
 class Spread(NamedTuple):
-    """Where a number lies over noise seeds; its times are far from normal, so no deviations."""
+    """Distribution of a number over noise seeds, by percentiles as times are not normal."""
 
     low: float  # 5 % of the seeds are below
     median: float

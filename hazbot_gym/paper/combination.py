@@ -27,15 +27,15 @@ class Combination(NamedTuple):
     found: list[Events]
 
     def tracking_rms_m(self) -> tuple[float, float]:
-        """Return the RMS position error while the human is there, and alone [m]."""
+        """Return the RMS position error with and without the human [m]."""
         return _rms(self.runs), _rms(self.alone)
 
     def largest_m(self, from_s: float = 0.0) -> tuple[float, float]:
-        """Return the largest position error from a time on, with the human and alone [m]."""
+        """Return the largest position error after a time, with and without the human [m]."""
         return _largest(self.runs, from_s), _largest(self.alone, from_s)
 
     def final_m(self, last_s: float) -> tuple[float, float]:
-        """Return the largest position error in the last seconds of the lap, likewise [m]."""
+        """Return the largest final position error, with and without the human [m]."""
         return _final(self.runs, last_s), _final(self.alone, last_s)
 
     def arrivals(self) -> float:

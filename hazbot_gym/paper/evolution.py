@@ -1,4 +1,4 @@
-"""The search of this package: differential evolution (Storn and Price 1997), a fixed budget."""
+"""Differential evolution (Storn and Price 1997) with a fixed budget."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ except ImportError as error:
 from hazbot_gym.core.state import Floats
 
 MEMBERS = 16  # of a population
-HOPELESS = 1e6  # cost of what cannot be judged
+HOPELESS = 1e6  # cost of an undefined result
 
 
 class Found(NamedTuple):
-    """What a search came to."""
+    """Result of a search."""
 
     shares: Floats  # the best numbers
     cost: float
-    tries: int  # how often a cost was asked for
+    tries: int  # number of cost evaluations
 
 
 def search(
     cost: Callable[[Floats], float], size: int, *, generations: int, seed: int, room: float = 1.0
 ) -> Found:
-    """Look for the numbers of least cost.
+    """Minimize a cost.
 
     Args:
-        cost: Of numbers in [0, room]; what is not finite counts as hopeless.
-        size: How many numbers.
+        cost: Function of numbers in [0, room]; values that are not finite count as worst.
+        size: Number of variables.
         generations: After the first; the budget is ``MEMBERS * (generations + 1)`` tries.
         seed: Of the search.
         room: Largest value of each number.
@@ -46,7 +46,7 @@ def search(
         [(0.0, room)] * size,
         init=room * qmc.Sobol(size, seed=seed).random(MEMBERS),
         maxiter=generations,
-        tol=0.0,  # the whole budget, whatever it brings
+        tol=0.0,  # always the whole budget
         polish=False,
         rng=np.random.default_rng(seed),
     )

@@ -19,11 +19,11 @@ Vector = tuple[float, float]
 
 
 class Forces(NamedTuple):
-    """Forces of equation 7 on somebody [N]."""
+    """Forces of equation 7 on a body [N]."""
 
     acceleration: Vector  # F_acc, towards the desired velocity
     interaction: Vector  # F_int, away from the other
-    attraction: Vector  # F_att, towards what attracts
+    attraction: Vector  # F_att, attraction
 
     @property
     def total(self) -> Vector:
@@ -32,7 +32,7 @@ class Forces(NamedTuple):
 
 
 class Body(NamedTuple):
-    """Somebody of the drawn situation."""
+    """A body of the drawn situation."""
 
     x: float
     y: float
@@ -49,7 +49,7 @@ HUMAN = Body(2.2, 0.6, -0.9, 0.0, -1.34, PERSON_MASS_KG)
 def forces_on(
     me: Body, other: Body, attraction_mps2: float, constants: SocialForce = HELBING_MOLNAR_1995
 ) -> Forces:
-    """Return the forces on one of two who meet; Helbing and Molnar's are per unit mass."""
+    """Return the forces on one of two bodies; Helbing and Molnar's are per unit mass."""
     dx, dy = me.x - other.x, me.y - other.y
     distance = norm(dx, dy)
     nx, ny = dx / distance, dy / distance
@@ -68,7 +68,7 @@ def forces_on(
 
 
 def drawn() -> dict[str, tuple[Body, Forces]]:
-    """Return the situation of Figure 4: the human is a curious one, nothing attracts the robot."""
+    """Return the situation of Figure 4: a curious human, and no attraction of the robot."""
     return {
         "robot": (ROBOT, forces_on(ROBOT, HUMAN, 0.0)),
         "human": (HUMAN, forces_on(HUMAN, ROBOT, CURIOUS.attraction_mps2)),
@@ -76,7 +76,7 @@ def drawn() -> dict[str, tuple[Body, Forces]]:
 
 
 def repulsion_mps2(clearance_m: float, constants: SocialForce) -> float:
-    """Return the repulsion between two people who keep their distance [m/s^2]."""
+    """Return the repulsion between two people without relative motion [m/s^2]."""
     force = elliptical_repulsion(
         1.0, 0.0, clearance_m, 0.0, 0.0, constants.person_strength_mps2, constants.person_range_m
     )

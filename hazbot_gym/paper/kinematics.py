@@ -1,4 +1,4 @@
-"""Section 3.1: what the paper's equations give for the castor, beside what it says they give.
+"""Section 3.1: castor geometry from the paper's equations, compared with its stated values.
 
 "When the robot turns 90 deg, using the equations we can calculate that the rear wheel rotation
 angle is approximately 20 deg. The rotation speed ratio is approximately 1.44, and the minimum
@@ -31,9 +31,9 @@ PAPER_BETA_RAD, PAPER_RADIUS_M, PAPER_RATIO = math.radians(20.0), 1.17, 1.44
 
 
 class Turn(NamedTuple):
-    """A turn: the castor's angle, the radius and the wheel ratio that belong together."""
+    """A turn: consistent castor angle, radius and wheel ratio."""
 
-    start: str  # what is taken from the paper
+    start: str  # value taken from the paper
     beta_rad: float
     radius_m: float
     ratio: float
@@ -67,7 +67,7 @@ def castor_table() -> list[Turn]:
 
 
 def nearest_chassis_m() -> float:
-    """Return the L1 with which 20 deg would give exactly 1.17 m [m]: how far off the paper is."""
+    """Return the L1 for which 20 deg gives exactly 1.17 m [m]."""
     return float(
         brentq(
             lambda L1: radius_from_castor(PAPER_BETA_RAD, CHASSIS._replace(L1=L1)) - PAPER_RADIUS_M,

@@ -1,8 +1,8 @@
-"""How much delay the strategy bears (paper section 5.1.2).
+"""Robustness of the strategy to command delays (paper section 5.1.2).
 
 "The small-scale time delay of the speed change does not affect obstacle avoidance." Here the
-commands of the strategy reach the drive late. Stated beforehand: avoidance is affected from the
-delay on with which the robot moves within 1.5 m of the human for 0.1 s longer than without.
+strategy's commands are delayed. Criterion, stated beforehand: avoidance is affected once the robot
+moves within 1.5 m of the human for 0.1 s longer than without delay.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from hazbot_gym.paper.meetings import events, meet
 from hazbot_gym.policies.robot import DECISION_S
 
 SCENARIOS = ("E*", "C*")
-EXTRA_S = 0.1  # of moving within 1.5 m, more than without a delay
+EXTRA_S = 0.1  # additional time of motion within 1.5 m
 STEPS = (0, 1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30)  # decisions of delay
 FAMILIES = ("Crossing", "Encountering")
 FAMILY_STEPS = (0, 5, 10, 20)
-FAMILY_METRICS = {  # and how they are called in tables
+FAMILY_METRICS = {  # and their names in tables
     "contact_robot_caused": "contact by the robot [share]",
     "kinetic_intrusion_m2": "kinetic intrusion [m²]",
     "time_ratio": "time ratio",
     "return": "return",
 }
-# The drive in earnest, with the noise of Table 2.
+# The realistic drive, with the noise of Table 2.
 EARNEST: dict[str, dict[str, object]] = {
     "drive": {"wheel_loop": "fuzzy_pid", "plant": "B"},
     "sensors": {"tracker": {"position_noise_m": 0.03}},
@@ -42,7 +42,7 @@ class Delayed(NamedTuple):
     delay_s: Floats
     inside_s: Floats  # mean time of moving within 1.5 m
     hits: Floats  # share of seeds in which the moving robot touched the human
-    affected_from_s: float  # the smallest delay that counts, NaN if none of these does
+    affected_from_s: float  # the smallest delay with an effect, NaN if none
 
 
 def sweep(scenario: str, *, seeds: int, steps: Sequence[int] = STEPS) -> Delayed:
@@ -69,7 +69,7 @@ def costliest(rows: Sequence[dict[str, Any]]) -> tuple[dict[str, Any], dict[str,
 
 
 def families(episodes: int) -> list[dict[str, Any]]:
-    """Return how delays tell among people who are drawn at random and react."""
+    """Return the effect of delays with randomly drawn reactive people."""
     rows = []
     for family in FAMILIES:
         for delay in FAMILY_STEPS:

@@ -1,4 +1,4 @@
-"""The paper, line by line: every equation, table and figure, and where it lives in the code."""
+"""Index of the paper's equations, tables and figures, with their locations in the code."""
 
 from __future__ import annotations
 

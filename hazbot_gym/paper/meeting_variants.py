@@ -1,4 +1,4 @@
-"""What the paper leaves open of its meetings: widths of terms, "stopped", the front wall."""
+"""Variants of the encounters that the paper leaves open: widths of terms, "stopped", front wall."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from hazbot_gym.paper.meetings import STOPPED, Meeting, meet, slows_for_good_s
 from hazbot_gym.policies.fuzzy_expert import AVOIDANCE_M
 from hazbot_gym.policies.fuzzy_readings import FuzzyReading
 
-# What "stopped" may mean, as a share of the nominal speed.
+# Definitions of "stopped", as a share of the nominal speed.
 BELOW = {"10 %": 0.1, "5 %": STOPPED, "nil": 1e-9}
 CHOSEN, WIDE = "as chosen, neighbours cross at a half", "all 0.25 m wide"
 REFIT = f"{WIDE}, and a crossing for them"
 _WIDTH = FuzzyReading(reading="width")
 _HEADING_RAD = math.radians(-66.66)
-_FROM_THERE = {  # the crossing that SPEC section 4.1 fits to these widths
+_FROM_THERE = {  # the crossing fitted to these widths
     "x_m": 2.996,
     "y_m": 4.613,
     "vx_mps": 0.5 * math.cos(_HEADING_RAD),
@@ -31,7 +31,7 @@ WALL = "C-experiment+wall"
 
 
 def by_width() -> dict[str, dict[str, Meeting]]:
-    """Return both simulations by the widths of the distance's terms, and a start for these."""
+    """Return both simulations by the widths of the distance terms, and a matching start."""
     there = {"people": {"walkers": [_FROM_THERE]}}
     ways: dict[str, tuple[Any, dict[str, Any]]] = {
         CHOSEN: ("fuzzy_expert", {}),
@@ -50,7 +50,7 @@ def jump_of_wide_terms() -> float:
 
 
 class Wall(NamedTuple):
-    """How the crossing experiment ends before a wall: means over seeds."""
+    """End of the crossing experiment before a wall: means over seeds."""
 
     stands_at_m: float  # the wall, along the robot's path
     slows_s: float  # when the robot leaves its nominal speed for the last time

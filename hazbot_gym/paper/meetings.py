@@ -1,6 +1,6 @@
-"""Meetings of robot and human (paper section 5.1): a named scenario, a policy, and what happens.
+"""Encounters of robot and human (paper section 5.1): a scenario, a policy, and events.
 
-Events as in SPEC section 4: the robot decelerates when its speed first falls below 98 % of nominal
+Events: the robot decelerates when its speed first falls below 98 % of nominal
 after it was reached, stops below 5 %, and has recovered when it is above 98 % for good. In
 simulations the speed is the commanded one, in experiments the robot's own.
 """
@@ -26,16 +26,16 @@ X, Y = PERSON_COLUMNS.index("x"), PERSON_COLUMNS.index("y")
 
 
 class Events(NamedTuple):
-    """What happened in a meeting; NaN for what did not."""
+    """Event times of an encounter; NaN if an event did not occur."""
 
     decelerates_s: float
     stops_s: float
     recovers_s: float
     least_m: float  # distance between centres
     slowest_mps: float
-    moving_inside_s: float  # how long the robot moved while the human was within 1.5 m
+    moving_inside_s: float  # time of the robot's motion with the human within 1.5 m
     hits: float  # 1 if it touched the human while it moved; a touch ends the meeting
-    slow_outside_s: float  # how long it was below 98 % with the human beyond 3.0 m
+    slow_outside_s: float  # time below 98 % with the human beyond 3.0 m
 
 
 EVENT_NAMES = (  # of ``Events``, as heads of tables
@@ -51,7 +51,7 @@ EVENT_NAMES = (  # of ``Events``, as heads of tables
 
 
 class Meeting(NamedTuple):
-    """A meeting, sampled at every decision; all arrays (T,)."""
+    """An encounter, sampled at every decision; all arrays (T,)."""
 
     time_s: Floats
     x: Floats  # of the robot [m]
@@ -73,7 +73,7 @@ def meet(
     overrides: Mapping[str, object] | None = None,
     steps: int = STEPS,
 ) -> list[Meeting]:
-    """Let a policy drive through a named scenario, once for each noise seed."""
+    """Run a policy in a named scenario, once per noise seed."""
     config = make_config(overrides, scenario=scenario, max_episode_steps=steps)
     driver = make(policy) if isinstance(policy, str) else policy
     episodes = run_episodes(config, driver, list(seeds), limit=steps, threads=1)
@@ -81,7 +81,7 @@ def meet(
 
 
 def _meeting(episode: Episode) -> Meeting:
-    """Take what counts from an episode's record; the command of an instant is the next one's."""
+    """Convert an episode record; commands are shifted by one instant."""
     human_x, human_y = episode.people[:-1, 0, X], episode.people[:-1, 0, Y]
     x, y = episode.pose[:-1, 0], episode.pose[:-1, 1]
     return Meeting(
@@ -99,12 +99,12 @@ def _meeting(episode: Episode) -> Meeting:
 
 
 def events(meeting: Meeting, *, nominal_mps: float = 0.5, is_measured: bool = False) -> Events:
-    """Return what happened.
+    """Return the events of an encounter.
 
     Args:
-        meeting: What to look at.
+        meeting: The encounter.
         nominal_mps: The nominal speed.
-        is_measured: Whether the robot's own speed counts, instead of the commanded one.
+        is_measured: Whether to use the robot's actual speed instead of the commanded one.
     """
     share = (meeting.speed_mps if is_measured else meeting.command_mps) / nominal_mps
     start = _first(share >= SLOWER)
@@ -128,18 +128,18 @@ def events(meeting: Meeting, *, nominal_mps: float = 0.5, is_measured: bool = Fa
 
 
 def falls_below_s(meeting: Meeting, share: float, *, nominal_mps: float = 0.5) -> float:
-    """Return when the commanded speed first falls below a share of nominal; NaN if it does not."""
+    """Return the time at which the commanded speed first falls below a share of nominal, or NaN."""
     return _at(meeting, _first(meeting.command_mps < share * nominal_mps))
 
 
 def slows_for_good_s(meeting: Meeting, *, nominal_mps: float = 0.5) -> float:
-    """Return when the robot's own speed last leaves nominal; NaN if it never has it."""
+    """Return the last time at which the robot's actual speed leaves nominal, or NaN."""
     fast = np.flatnonzero(meeting.speed_mps >= SLOWER * nominal_mps)
     return _at(meeting, int(fast[-1]) + 1) if len(fast) else np.nan
 
 
 def _first(is_so: Any) -> int:
-    """Return the first index where something holds, the length if nowhere."""
+    """Return the first True index, or the length."""
     return int(np.argmax(is_so)) if is_so.any() else len(is_so)
 
 
@@ -148,7 +148,7 @@ def _at(meeting: Meeting, index: int) -> float:
 
 
 def spread(found: Sequence[Events]) -> dict[str, dict[str, float]]:
-    """Return mean and deviation of each event over noise seeds, and in how many it happened."""
+    """Return mean and deviation of each event over noise seeds, and its number of occurrences."""
     columns = {name: np.array([getattr(one, name) for one in found]) for name in Events._fields}
     return {
         name: {
@@ -161,7 +161,7 @@ def spread(found: Sequence[Events]) -> dict[str, dict[str, float]]:
 
 
 def start_of(scenario: str) -> dict[str, float]:
-    """Return what a scenario begins with: distance [m], speeds [m/s], sampling interval [s]."""
+    """Return a scenario's initial distance [m], speeds [m/s], and sampling interval [s]."""
     config: Config = make_config(scenario=scenario)
     walker = config.people.walkers[0]
     return {

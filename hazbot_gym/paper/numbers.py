@@ -1,7 +1,7 @@
-"""The paper's reported numbers, and what is said of them beside what was found here.
+"""The paper's reported numbers, and verdicts on their reproduction.
 
-The numbers, their tolerances and the reasons are data (``numbers.yaml``), written down before
-anything was run; a verdict is nothing but a comparison.
+The numbers, their tolerances and the reasons are data (``numbers.yaml``), written before any run; a
+verdict is a plain comparison.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from hazbot_gym.errors import HazbotError
 from hazbot_gym.utils.yaml_loader import parse_yaml
 
 REPRODUCED, NEAR, NOT = "reproduced", "near", "not reproducible"
-NEAR_TOLERANCES = 2.0  # a value off by this many tolerances is still near
-ROUNDING = 1e-9  # relative slack of the comparison, for 4.6 - 4.4 that is not quite 0.2
+NEAR_TOLERANCES = 2.0  # a value within this many tolerances is "near"
+ROUNDING = 1e-9  # relative slack of the comparison, for rounding of 4.6 - 4.4
 
 
 class Rule(BaseModel):
-    """How near a value must be: absolutely, or as a share of the paper's."""
+    """Tolerance rule: absolute, or relative to the paper's value."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     tolerance: float | None = None
@@ -49,11 +49,11 @@ class Number(BaseModel):
     paper: float
     unit: str
     rule: str
-    reason: str = ""  # why it cannot be reproduced, or only nearly, where it cannot
+    reason: str = ""  # reason for "near" or "not reproducible"
 
 
 class Reported(BaseModel):
-    """All of them, by id, and the rules that they name."""
+    """All reported numbers by id, and their tolerance rules."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     rules: dict[str, Rule]
@@ -62,13 +62,13 @@ class Reported(BaseModel):
 
 @cache
 def reported() -> Reported:
-    """Return what the paper reports."""
+    """Return the paper's reported numbers."""
     text = resources.files(__package__).joinpath("numbers.yaml").read_text(encoding="utf-8")
     return Reported.model_validate(parse_yaml(text, "numbers.yaml"))
 
 
 def verdict(number: Number, here: float | None) -> str:
-    """Return the verdict on a value found here, None if there can be none."""
+    """Return the verdict on a reproduced value, None if undefined."""
     if here is None:
         return f"{NOT}: {number.reason}"
     tolerance = reported().rules[number.rule].tolerance_for(number.paper)
@@ -84,10 +84,10 @@ def entries(here: Mapping[str, float]) -> list[dict[str, Any]]:
     """Return one entry for each reported number, in the paper's order.
 
     Args:
-        here: What was found, by id.
+        here: Reproduced values, by id.
 
     Raises:
-        HazbotError: A number was found that the paper does not report, or the other way round.
+        HazbotError: Reproduced and reported numbers do not match one to one.
     """
     known = reported()
     expected = {name for name, number in known.numbers.items() if number.rule != "absent"}

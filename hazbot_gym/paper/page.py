@@ -1,4 +1,4 @@
-"""The page: the paper's sections in their order, each with its numbers, tables and pictures."""
+"""HTML page of the reproduction: sections with numbers, tables and figures."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ except ImportError as error:
     raise MissingExtra(error.name or "jinja2", "study") from error
 
 
-LONG = 12  # characters of a cell that is more than a number with its unit
+LONG = 12  # characters beyond a number with its unit
 
 
 def make_page(record: Mapping[str, Any], chapters: list[Chapter]) -> str:
@@ -51,7 +51,7 @@ def _cell(value: Cell) -> str:
 
 
 def _wordy(table: Table) -> set[int]:
-    """Return the columns that hold sentences or lists, which are flush left."""
+    """Return the text columns, which are left-aligned."""
     return {
         place
         for row in table.rows
@@ -61,14 +61,14 @@ def _wordy(table: Table) -> set[int]:
 
 
 def _data(svg: str) -> str:
-    """Return a picture as an address that holds it whole."""
+    """Return a picture as a data URI."""
     return "data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode()
 
 
 def _environment() -> jinja2.Environment:
-    """Return the templates, which escape whatever they are filled with."""
+    """Return the template environment, with autoescape."""
     root = resources.files("hazbot_gym")
-    folders = (root / "paper", root / "study" / "report" / "template")  # the style is the study's
+    folders = (root / "paper", root / "study" / "report" / "template")
 
     def load(name: str) -> str:
         folder = next(folder for folder in folders if (folder / name).is_file())

@@ -30,13 +30,13 @@ ROBOT_MPS = 0.5
 
 
 def label(scene: Scene) -> str:
-    """Return the pattern as which a scene is recognised."""
+    """Return the recognized pattern of a scene."""
     code = classify(scene.x, scene.y, 0.0, ROBOT_MPS, scene.vx, scene.vy, Thresholds())
     return "none" if code == NO_PATTERN else PATTERN_NAMES[code]
 
 
 def limits() -> dict[str, float]:
-    """Return where one pattern ends and the next begins [deg, m, m/s]."""
+    """Return the thresholds between patterns [deg, m, m/s]."""
     thresholds = Thresholds()
     return {
         "headings alike within [deg]": math.degrees(thresholds.aligned_rad),

@@ -1,8 +1,8 @@
-"""The motor that would give the paper's figures of the circle (SPEC section 5, A11).
+"""Motor identification from the paper's figures of the circle (A11, docs/paper.md).
 
-The paper prints no motor. All six numbers of a plant are searched for the one whose largest
-relative difference from the paper's figures is least: from the four of the fuzzy-PID alone, and
-from all eight, those of the PID on the same plant among them.
+The paper prints no motor. The search minimizes the largest relative deviation from the paper's
+figures over the six parameters of a plant: of the fuzzy-PID's four figures alone, and of all eight,
+including those of the PID on the same plant.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from hazbot_gym.paper.circle import Figures, reported_figures
 from hazbot_gym.paper.circle_variants import LOOPS, on_plant
 from hazbot_gym.paper.evolution import search
 
-# What is searched: least and largest value. A mismatch of 0.5 makes one motor three times as strong
-# as the other; an extra lag below a physics step would be none.
+# Search bounds. A mismatch of 0.5 makes one motor three times as strong as the other; an extra lag
+# below a physics step has no effect.
 RATES = {"K": (0.2, 10.0), "T1": (0.2, 10.0), "Tf": (0.01, 0.3)}  # by their logarithm
 LEVELS = {"T2": (0.01, 0.5), "a": (-0.5, 0.5)}
 TIGHTEST_U, FREE_SHARE = 10.0, 0.05  # of u_max; the share of the search without a bound
@@ -27,12 +27,12 @@ NUMBERS = len(RATES) + len(LEVELS) + 1
 
 
 class Nearest(NamedTuple):
-    """The plant that comes nearest to some of the paper's figures."""
+    """The plant closest to some of the paper's figures."""
 
     plant: Plant
-    tries: int  # plants that were looked at
+    tries: int  # evaluated plants
     miss: float  # largest relative difference among the figures searched for
-    found: dict[str, Figures]  # on it, by controller
+    found: dict[str, Figures]  # figures on this plant, by controller
 
 
 def plant_of(shares: Floats) -> Plant:
@@ -55,7 +55,7 @@ def differences(plant: Plant, controllers: Sequence[str]) -> Floats:
 
 
 def nearest(controllers: Sequence[str], *, generations: int, seed: int) -> Nearest:
-    """Look for the plant on which these controllers come nearest to the paper's figures."""
+    """Search the plant on which these controllers come closest to the paper's figures."""
     found = search(
         lambda shares: float(np.abs(differences(plant_of(shares), controllers)).max()),
         NUMBERS,

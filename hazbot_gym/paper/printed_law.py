@@ -1,4 +1,4 @@
-"""What the auxiliary controller does as the paper prints it (eq 12), beside (12c).
+"""Behaviour of the printed tracking law (eq 12), compared with the corrected law (12c).
 
 Equation 12 has velocity errors where (12c) has pose errors, and does not say how they are measured.
 Each reading is run over a lap, with the wheel loops of plant A.
@@ -49,11 +49,11 @@ LAWS = {
     "rates": "(12) with v_e = x_e', omega_e = theta_e'",
     "positions": "(12) with x_e for v_e and theta_e for omega_e",
 }
-CORRECTED, MEASURED, RATES = range(3)  # the last is all that is left
+CORRECTED, MEASURED, RATES = range(3)  # the last one is measured
 
 
 class Left(NamedTuple):
-    """What is left of the errors at the end of a lap; infinite if it diverged."""
+    """Remaining errors at the end of a lap; infinite if diverged."""
 
     position_m: float
     angle_rad: float
@@ -63,7 +63,7 @@ class Left(NamedTuple):
 def _wanted(
     law: int, error: Pose, velocity: Twist, reference: Twist, gains: TrackingGains
 ) -> Twist:
-    """Return the velocity that a reading of the law asks for."""
+    """Return the velocity of a reading of the law."""
     if law == CORRECTED:
         return tracking_law(error, reference, gains)
     if law == MEASURED:
@@ -100,7 +100,7 @@ def _final_error(
 def _turn(
     wheel: WheelRecord, wanted_radps: float, is_right: bool, p: DriveParameters, table: Floats
 ) -> None:
-    """Let a wheel's loop and motor make a step; what ``sim/lanes.py`` does side by side."""
+    """Step a wheel's loop and motor; scalar version of ``sim/lanes.py``."""
     error = wanted_radps - wheel.speed
     wheel.derivative = filtered_derivative(wheel.derivative, error, wheel.error, p.dt_s, p.plant.Tf)
     wheel.error = error
@@ -113,7 +113,7 @@ def _turn(
 
 
 def left_over(law: str, plant: str = "A") -> Left:
-    """Return what is left of the errors after a lap under a reading of the law, of ``LAWS``."""
+    """Return the remaining errors after a lap with one of the ``LAWS``."""
     wheels = records(WHEEL, 2)
     wheels["error"] = np.nan
     drive = paper_drive(plant=plant)

@@ -1,6 +1,6 @@
-"""The readings of the fuzzy strategy that the paper's text allows, each run (SPEC section 4.2).
+"""Experiments with all readings of the fuzzy strategy that the paper's text allows.
 
-What is unsafe or degenerate is decided by the criteria below, stated before anything was run.
+The criteria of unsafe and degenerate below were stated before any run.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from typing import NamedTuple
 from hazbot_gym.paper.meetings import Events, events, meet
 
 SCENARIOS = ("E*", "C*")
-LONG_S = 1.0  # of moving within 1.5 m of a human, from which on a reading is unsafe
-EARLY_S = 0.2  # two decisions: of being slow beyond 3.0 m, from which on it acts too early
-ASTRAY_S = 5.0  # of that, from which on it has little to do with distance
+LONG_S = 1.0  # time of motion within 1.5 m of a human that is unsafe
+EARLY_S = 0.2  # two decisions: slow beyond 3.0 m for longer is too early
+ASTRAY_S = 5.0  # slow beyond 3.0 m for longer is unrelated to distance
 
 
 class Reading(NamedTuple):
-    """A way to read the paper, as a policy."""
+    """A reading of the paper, as a policy."""
 
     name: str
     policy: str
@@ -49,7 +49,7 @@ READINGS = (
     _other("slow and fast divided at 0.5 m/s", "split"),
     Reading("four ultrasonic sensors instead of tracked people", "fuzzy_expert", {"tier": "sonar"}),
 )
-# Somebody who comes straight at the robot: rules 7 and 8 of the paper answer to DF alone.
+# A head-on person: rules 7 and 8 of the paper only cover DF.
 HEAD_ON = {
     "people": {"walkers": [{"x_m": 4.479, "y_m": 0.0, "vx_mps": -0.5, "vy_mps": 0.0}]},
 }
@@ -68,7 +68,7 @@ def run(reading: Reading) -> dict[str, Events]:
 
 
 def verdict(found: Mapping[str, Events]) -> str:
-    """Return what is wrong with a reading, "works" if nothing."""
+    """Return the defect of a reading, or "works"."""
     faults = []
     if any(each.hits for each in found.values()):
         faults.append("unsafe: drives into the human")
@@ -89,7 +89,7 @@ def verdict(found: Mapping[str, Events]) -> str:
 
 
 def head_on() -> dict[str, Events]:
-    """Run somebody coming straight at the robot."""
+    """Run the encounter with a head-on person."""
     return {
         name: events(meet("E*", policy, overrides=HEAD_ON)[0])
         for name, policy in HEAD_ON_POLICIES.items()

@@ -1,8 +1,8 @@
-"""Run the paper again: all chapters side by side, then the files of the result.
+"""Reproduction run: all chapters in parallel, then the result files.
 
-OUT/paper.json       an entry for each number that the paper reports, and what else was measured
+OUT/paper.json       an entry per reported number, and further measurements
 OUT/figures/*.svg    the pictures
-OUT/paper.html       all of it, section by section, as one page that needs no network
+OUT/paper.html       the report page, section by section, self-contained
 """
 
 from __future__ import annotations
@@ -52,12 +52,12 @@ def reproduce(
     is_replacing: bool = False,
     on_progress: Callable[[], None] = lambda: None,
 ) -> Record:
-    """Run every experiment of the paper, write what comes out and return the record.
+    """Run every experiment of the paper, write the results and return the record.
 
     Args:
-        out: Folder of the results; new, empty, or with results of the very same code.
+        out: Folder of the results; new, empty, or with results of the same code.
         quick: Fewer noise seeds, smaller sweeps.
-        workers: Number of processes; None for one a core.
+        workers: Number of processes; None for one per core.
         is_replacing: Whether results of other code may be replaced.
         on_progress: Called after each chapter.
 
@@ -66,7 +66,7 @@ def reproduce(
     """
     identity = f"{'quick' if quick else 'full'} {provenance.stamp()}"
     found = files.owner(out, RECORD, "paper")
-    if found == identity and (out / PAGE).exists():  # which is written last
+    if found == identity and (out / PAGE).exists():  # written last
         return read(out)
     if found not in (None, identity) and not is_replacing:
         raise InvalidInput(
@@ -75,7 +75,7 @@ def reproduce(
         )
     chapters = run_chapters(quick=quick, workers=workers, on_progress=on_progress)
     record = record_of(chapters, identity, quick=quick)
-    files.write_json(out / RECORD, record)  # first: it says whose folder this is
+    files.write_json(out / RECORD, record)  # first: marks the owner of the folder
     for chapter in chapters:
         for picture in chapter.pictures:
             files.write_text(out / FIGURES / f"{picture.name}.svg", picture.svg)
@@ -108,7 +108,7 @@ def run_chapter(name: str, quick: bool) -> Chapter:
 
 
 def record_of(chapters: list[Chapter], identity: str, *, quick: bool) -> Record:
-    """Return what is kept of the chapters."""
+    """Return the record of the chapters."""
     here = {name: value for chapter in chapters for name, value in chapter.here.items()}
     numbers = entries(here)
     return {
@@ -132,7 +132,7 @@ def record_of(chapters: list[Chapter], identity: str, *, quick: bool) -> Record:
 
 
 def _plain(value: object) -> Any:
-    """Return values for JSON: what never happened (NaN), or is beyond measure, becomes null."""
+    """Return values for JSON, with null for NaN and infinity."""
     if isinstance(value, dict):
         return {str(name): _plain(inner) for name, inner in value.items()}
     if isinstance(value, list | tuple):

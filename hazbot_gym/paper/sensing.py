@@ -1,8 +1,7 @@
 """The sensor experiment (paper section 5.1, Table 2), with the sensors of this library.
 
 A driving wheel at 0.5 m/s, the robot at 90 deg, a wall 1 m in front of the ultrasonic sensors. The
-printed columns "Angle" and "Ultra" are swapped: 1.00 +- 0.02 is the wall, 1.5726 the right angle
-(SPEC section 6).
+printed columns "Angle" and "Ultra" are swapped: 1.00 +- 0.02 is the wall, 1.5726 the right angle.
 """
 
 from __future__ import annotations
@@ -33,14 +32,14 @@ TABLE_2 = (
 
 
 class Readings(NamedTuple):
-    """What the sensors said; all arrays (seeds * READINGS,)."""
+    """Sensor readings; all arrays (seeds * READINGS,)."""
 
     hub_mps: Floats
     wall_m: Floats
     heading_rad: Floats
 
     def errors(self) -> tuple[Floats, Floats, Floats]:
-        """Return what is wrong with each reading."""
+        """Return the errors of the readings."""
         truth = (WHEEL_MPS, WALL_M, HEADING_RAD)
         hub, wall, heading = (column - true for column, true in zip(self, truth, strict=True))
         return hub, wall, heading
@@ -57,7 +56,7 @@ def measure(seeds: int) -> Readings:
     drive, sonar = drive_parameters(config.drive, PHYSICS_S), config.sensors.ultrasonic
     robot = records(ROBOT, 1).view(np.recarray)[0]
     robot.theta = HEADING_RAD
-    # A flat wall square to the heading; the front sensors sit that far ahead of M.
+    # A wall perpendicular to the heading; offset of the front sensors from M.
     wall_y = WALL_M + sonar.mount_radius_m * math.cos(sonar.front_angle_rad)
     walls = np.array([[-5.0, wall_y, 5.0, wall_y]])
     nobody = records(PERSON, 0).view(np.recarray)

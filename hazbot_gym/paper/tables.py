@@ -14,7 +14,7 @@ COLORS = {REPRODUCED: "green", NEAR: "yellow"}
 
 
 def shown(value: float | None, unit: str = "") -> str:
-    """Return a number as the paper would print it, with its unit; a dash for none."""
+    """Format a number in the paper's precision, with its unit; a dash for None."""
     if value is None:
         return "-"
     return f"{round(value, 4):g} {unit}".rstrip()
@@ -44,6 +44,6 @@ def verdict_table(record: Mapping[str, Any]) -> FittedTable:
 
 
 def summary_line(record: Mapping[str, Any]) -> str:
-    """Return how many numbers there are of each verdict."""
+    """Return a line with the count of each verdict."""
     counts = ", ".join(f"{record['verdicts'][word]} {word}" for word in (REPRODUCED, NEAR, NOT))
     return f"{record['reported']} numbers reported: {counts}."

@@ -1,9 +1,9 @@
-"""Is it the fuzziness? Both controllers tuned with one budget, then compared over many plants.
+"""Fuzzy-PID and PID, tuned with equal budgets and compared over many plants.
 
-The paper compares its fuzzy-PID with a PID of the same initial gains, tuned by nobody. Here PID and
-fuzzy-PID are tuned alike: with the same search, number of laps and objective, on plant B alone, and
-neither may use gains beyond those which the paper's fuzzy-PID can reach. Then all four drive the
-circle on plants and under disturbances that none of them was tuned for.
+The paper compares its fuzzy-PID with an untuned PID of the same initial gains. Here PID and
+fuzzy-PID are tuned with the same search, number of laps and objective, on plant B alone, with gains
+bounded by those that the paper's fuzzy-PID can reach. Then all four drive the circle on other
+plants and under disturbances.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from hazbot_gym.core.state import Floats
 from hazbot_gym.paper.circle import NO_LOAD, NOISE, Figures, Load, drive_lap, figures, paper_drive
 from hazbot_gym.paper.evolution import search
 
-REACH = 2.69  # of a fuzzy output on [-3, 3] (SPEC section 5)
+REACH = 2.69  # of a fuzzy output on [-3, 3]
 BASE, SPAN = PidGains(), FuzzyPid()
 # The largest gains that the paper's fuzzy-PID reaches: kp, ki, kd.
 MOST = np.array(
@@ -41,7 +41,7 @@ def pid(gains: PidGains) -> Drive:
 
 
 def fuzzy_pid(base: PidGains, fuzzy: FuzzyPid) -> Drive:
-    """Return the drive with gains that rules move."""
+    """Return the drive with fuzzy gains."""
     return {"wheel_loop": "fuzzy_pid", "pid": base._asdict(), "fuzzy": fuzzy._asdict()}
 
 
@@ -53,8 +53,8 @@ def pid_of(shares: Floats) -> Drive:
 def fuzzy_pid_of(shares: Floats) -> Drive:
     """Return the fuzzy-PID of six numbers in [0, 1].
 
-    The first three are the initial gains as shares of the largest allowed, the others how much of
-    the room above them the rules may take.
+    The first three are the initial gains as shares of the largest allowed, the others the rules'
+    shares of the remaining range.
     """
     base = shares[:3] * MOST
     spans = [float(span) for span in shares[3:] * (MOST - base) / REACH]
@@ -80,7 +80,7 @@ class Tuned(NamedTuple):
 
     drive: Drive
     objective: float
-    laps: int  # that the search drove
+    laps: int  # driven in the search
 
 
 def tune(
@@ -94,11 +94,11 @@ def tune(
     """Tune a controller on plant B.
 
     Args:
-        controller_of: Makes the drive of numbers in [0, room].
+        controller_of: Maps numbers in [0, room] to a drive.
         size: How many numbers.
-        generations: Of the search; see ``evolution.search``.
-        seed: Of the search.
-        room: How many times the largest gains a PID may have.
+        generations: Generations of the search; see ``evolution.search``.
+        seed: Seed of the search.
+        room: Gain bound of a PID, as a multiple of the largest gains.
     """
     of_paper_pid = run(pid(BASE))
     found = search(
@@ -115,13 +115,13 @@ class Grid(NamedTuple):
     """The paper's fuzzy-PID against its PID by the four published figures, over plants."""
 
     plants: int
-    kept: int  # on which both keep to the circle
+    kept: int  # on which both stay on the circle
     in_all: int  # of these: fuzzy-PID smaller in all four
     median_ratios: Figures
 
 
 def grid(fuzzy: FuzzyPid = SPAN) -> Grid:
-    """Compare on SPEC section 5's grid of plants with matched wheels, undisturbed."""
+    """Compare on a grid of plants with matched wheels, undisturbed."""
     plants = [Plant(K=K, T1=T1, a=0.0) for K, T1 in itertools.product(GAINS, TIMES_S)]
     pairs = [(run(fuzzy_pid(BASE, fuzzy), plant), run(pid(BASE), plant)) for plant in plants]
     ratios = np.array(
@@ -137,7 +137,7 @@ def grid(fuzzy: FuzzyPid = SPAN) -> Grid:
 
 # --- the sweep -----------------------------------------------------------------------------------
 
-# SPEC section 5, with and without mismatched wheels.
+# Plants with and without mismatched wheels.
 GAINS, TIMES_S, MISMATCHES = (0.2, 0.5, 1.0, 2.0, 5.0), (0.3, 1.0, 3.0, 10.0), (0.0, -0.25)
 DISTURBANCES: dict[str, dict[str, Any]] = {
     "none": {},
@@ -148,7 +148,7 @@ DISTURBANCES: dict[str, dict[str, Any]] = {
 
 
 class Errors(NamedTuple):
-    """What a lap of the sweep is judged by; infinite if the robot was lost."""
+    """Errors of a lap of the sweep; infinite if the robot was lost."""
 
     position_max_m: float
     angle_max_rad: float
@@ -161,7 +161,7 @@ def sweep(controllers: Mapping[str, Drive], *, every: int = 1) -> list[dict[str,
 
     Args:
         controllers: By name.
-        every: Take only each n-th plant.
+        every: Use only every n-th plant.
     """
     plants = list(itertools.product(GAINS, TIMES_S, MISMATCHES))[::every]
     return [
@@ -190,16 +190,16 @@ def _errors(
 
 
 class Wins(NamedTuple):
-    """How often one controller beats another."""
+    """Pairwise comparison of two controllers."""
 
-    cases: int  # in which at least one of the two keeps to the circle
+    cases: int  # in which at least one of the two stays on the circle
     in_all: float  # share of these in which it is better in all four errors
     on_average: float  # share in which the mean ratio of the four errors is below 1
     median_ratio: float  # of the mean ratio, where both keep to the circle
 
 
 def wins(rows: list[dict[str, object]], ours: str, theirs: str) -> Wins:
-    """Compare two controllers over rows of a sweep; one that is lost has lost."""
+    """Compare two controllers over rows of a sweep; a lost robot counts as a loss."""
     a, b = (
         np.array(
             [[row[field] for field in Errors._fields] for row in rows if row["controller"] == name]
@@ -220,6 +220,6 @@ def wins(rows: list[dict[str, object]], ours: str, theirs: str) -> Wins:
 
 
 def lost(rows: list[dict[str, Any]], controller: str) -> int:
-    """Return in how many cases a controller left the circle by more than ``LOST_M``."""
+    """Return the number of cases in which a controller left the circle by more than ``LOST_M``."""
     rows = [row for row in rows if row["controller"] == controller]
     return sum(1 for row in rows if np.isinf(row["position_max_m"]))

@@ -81,7 +81,7 @@ def chapter(quick: bool) -> Chapter:
         },
         text=_text(here, on_plants, others, under_noise, points),
         tables=(
-            figure_table("All plants of SPEC section 5, beside the paper", on_plants),
+            figure_table("All plants, beside the paper", on_plants),
             figure_table("Plant B with one thing changed", others),
             _band_table(by_band),
             _noise_table(under_noise),
@@ -124,7 +124,7 @@ def _text(
         f"The robot stands at the start of a circle of {CIRCLE_RADIUS_M} m while its target sets "
         "off at 0.5 m/s: that is how an initial error of zero can become one of a tenth of a "
         "metre. An error has converged when it stays below 0.001, the third decimal that the paper "
-        "resolves. The paper prints no motor; plant B of SPEC section 5 gives for the fuzzy-PID "
+        "resolves. The paper prints no motor; plant B gives for the fuzzy-PID "
         f"{fuzzy.position_max_m:.3f} m, {fuzzy.angle_max_rad:.3f} rad, "
         f"{fuzzy.position_converged_s:.2f} s and {fuzzy.angle_converged_s:.2f} s. It is a fit, "
         "not a validation: section 5.2a has others.",
@@ -137,8 +137,8 @@ def _text(
         "Neither the radius of the text nor the sampling explains the difference: 3.5 m instead of "
         f"{CIRCLE_RADIUS_M} m changes no figure by more than "
         f"{100.0 * _change(others, on_plants, 'radius 3.5 m'):.1f} %, steps of 0.02 s by "
-        f"{100.0 * _change(others, on_plants, 'steps of 0.02 s'):.1f} % (the prototype of SPEC "
-        "section 5: 0.2 and 3 %).",
+        f"{100.0 * _change(others, on_plants, 'steps of 0.02 s'):.1f} % (an earlier "
+        "prototype: 0.2 and 3 %).",
         "With the sensor noise of Table 2 the position error last exceeds 0.001 m at "
         f"{when.median:.1f} s (median of {noise.seeds} seeds; 5 to 95 %: {when.low:.1f} to "
         f"{when.high:.1f} s). Noise alone leaves {1e3 * left:.2f} mm RMS, below the band of "
@@ -158,7 +158,7 @@ def _text(
 
 
 def _change(others: dict[str, Figures], on_plants: dict[str, Figures], what: str) -> float:
-    """Return by how much of itself a change moves any of the figures of either controller."""
+    """Return the largest relative change of any figure of either controller."""
     return max(
         abs(changed / known - 1.0)
         for name in LOOPS

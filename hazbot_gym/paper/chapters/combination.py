@@ -7,7 +7,7 @@ from hazbot_gym.paper.combination import combine
 from hazbot_gym.paper.figures import control as figures
 from hazbot_gym.paper.meetings import EVENT_NAMES, spread
 
-LAST_S = 10.0  # of a lap, in which the error shows whether the robot goes on along its circle
+LAST_S = 10.0  # last part of a lap, for the final tracking error
 
 
 def chapter(quick: bool) -> Chapter:

@@ -22,7 +22,7 @@ LAYERS = (
     ("executive", "the controller's own stop", "drive.reflex_stop_m", "here, off by default"),
 )
 PITCHES_M = (0.0, 0.005, 0.01, 0.015, 0.02, 0.03)  # 0: the error is known exactly
-LATE_S = 20.0  # from when on the error is what the sensor leaves
+LATE_S = 20.0  # time after which the error is due to the sensor
 
 
 def chapter(quick: bool) -> Chapter:

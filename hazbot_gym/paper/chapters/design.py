@@ -1,4 +1,4 @@
-"""Section 2: the robot, its sensors and its wheels, as far as the paper counts them."""
+"""Section 2: the robot, its sensors and its wheels."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ def _text(printed: Left) -> tuple[str, ...]:
         f"{printed.position_m:.3f} m of position error are left. The corrected law (12c) keeps its "
         "form and its three gains, with the pose errors where the velocity errors stand; its error "
         "can be shown to die out (Lyapunov), and does. The other two readings come within "
-        "5 mm of the prototype of SPEC section 2 (0.086 and 0.029 m); how it took the rates within "
+        "5 mm of an earlier prototype (0.086 and 0.029 m); how it took the rates within "
         "a step is not known.",
         "The paper prints none of its 49 rules. Taken here are the textbook's (Liu, Advanced PID "
         "Control), three tables of 7 x 7. They raise kp for negative errors only, so everything "

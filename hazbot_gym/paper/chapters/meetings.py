@@ -34,7 +34,7 @@ SIMULATIONS = {"crossing_sim": "C*", "encountering_sim": "E*"}
 EXPERIMENTS = {"crossing_exp": "C-experiment", "encountering_exp": "E-experiment"}
 FIGURES = {"crossing_sim": "Figure 13", "crossing_exp": "Figure 14",
            "encountering_sim": "Figure 15", "encountering_exp": "Figure 16"}  # fmt: skip
-NOISE = {"sensors": {"tracker": {"position_noise_m": 0.03}}}  # SPEC section 6
+NOISE = {"sensors": {"tracker": {"position_noise_m": 0.03}}}  # half width of Table 2
 HEAD = EVENT_NAMES[:6]
 
 
@@ -100,7 +100,7 @@ def _here(
         else:
             here[f"{name}_decelerates_s"] = spreads[name]["decelerates_s"]["mean"]
             here[f"{name}_stops_s"] = spreads[name]["stops_s"]["mean"]
-        if name != "encountering_sim":  # of which the paper does not say how it begins
+        if name != "encountering_sim":  # without start positions in the paper
             here[f"{name}_distance_m"] = start["distance_m"]
     rounded = {name: round(value, 6) for name, value in here.items()}  # of a start given as x and y
     return rounded | {
@@ -125,7 +125,7 @@ def _text(
     star = noisy["E*"]
     return (
         "The paper does not print where its simulations start. The geometries E* and C* were "
-        "chosen once (SPEC section 4) so that the human comes within 3.0 m when the paper says "
+        "chosen once such that the human comes within 3.0 m when the paper says "
         "that the robot decelerates; when it stops, and how, then follows. Encountering, the "
         f"robot decelerates at {encountering.decelerates_s:.1f} s and stops at "
         f"{encountering.stops_s:.1f} s (paper 1.6 and 3.4 s); crossing, at "
@@ -161,7 +161,7 @@ def _text(
 
 
 def _on_widths(widths: dict[str, dict[str, Meeting]]) -> str:
-    """Say what would bring all four times of the simulations within their tolerance."""
+    """Describe the changes that bring all four simulated times within tolerance."""
     wide = {scenario: events(run) for scenario, run in widths[REFIT].items()}
     return (
         "The 3.4 s are the one time of the simulations that is not met. Below a tenth of its speed "

@@ -1,4 +1,4 @@
-"""Section 5.2, continued: which motor would give the eight figures that the paper reports?"""
+"""Section 5.2, continued: motor identification from the paper's eight figures."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def _text(searched: Searched) -> tuple[str, ...]:
         f"{100.0 * _off(b, 'fuzzy-PID'):.0f} % by plant B with K = {b.K:g} and {b.T1:g} s: {so}. "
         f"On the plants found the PID is off by up to {100.0 * of_pid:.0f} %.",
         f"The plant nearest to all eight misses by {100.0 * best:.0f} %, where the tolerance for a "
-        f"fit is {100.0 * FIT:.0f} % (plant C, the nearest that the prototype of SPEC section 5 "
+        f"fit is {100.0 * FIT:.0f} % (plant C, the nearest that an earlier prototype "
         f"found, by {100.0 * _off(PLANTS['C'], *LOOPS):.0f} %). Such plants have one motor up to "
         f"{unlike:.1f} times as strong as the other, of "
         f"{_times_as_strong(LEVELS['a'][1]):.0f} times that were allowed. So within these bounds "
@@ -110,7 +110,7 @@ def _listed(found: list[Nearest], name: str) -> str:
 
 
 def _times_as_strong(mismatch: float) -> float:
-    """Return how many times as strong as the other the stronger motor is."""
+    """Return the gain ratio of the stronger to the weaker motor."""
     return (1.0 + abs(mismatch)) / (1.0 - abs(mismatch))
 
 

@@ -1,4 +1,4 @@
-"""Section 5.1, first part: what the sensors are worth (Table 2)."""
+"""Section 5.1, first part: sensor accuracy (Table 2)."""
 
 from __future__ import annotations
 

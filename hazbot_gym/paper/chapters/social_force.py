@@ -92,7 +92,7 @@ def chapter(quick: bool) -> Chapter:
 
 
 def _as_strategy(found: dict[tuple[str, str], Events]) -> str:
-    """Say how the policy does beside the fuzzy strategy, which never moves within 1.5 m."""
+    """Describe the policy in comparison with the fuzzy strategy, which never moves within 1.5 m."""
     plain, strong = ({s: found[name, s] for s in SCENARIOS} for name in FORCES)
     return (
         "It answers to clearance alone, and lets the robot come much nearer than the fuzzy "

@@ -1,4 +1,4 @@
-"""Section 3.2.3: the fuzzy speed controller, and every way to read it."""
+"""Section 3.2.3: the fuzzy speed controller, and its alternative readings."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def _text(
         "other 24 are filled in so that DS stops for every pattern, DF never slows, and the speed "
         "kept never grows with a smaller distance or a faster human; the printed 8 are among them "
         f"unchanged. At 2.25 m from somebody encountering at 0.5 m/s, {kept:.3f} is kept.",
-        "The text leaves much open, and most of it matters. Every reading of SPEC section 4.2 was "
+        "The text leaves much open, and most of it matters. Every reading in `readings.py` was "
         "run in the paper's two scenarios; it is unsafe if the robot moves for more than "
         f"{readings.LONG_S:g} s while the human is within {SENSITIVE_M:g} m, or into the human, "
         "and degenerate if it never recovers, never stops for somebody who comes to 0.8 m, or is "
@@ -112,7 +112,7 @@ def _text(
         f"after {complete.stops_s:.1f} s. Taken literally as what is taken away, the percentages "
         "stop the robot far from people and let it go near them. The recursive reading, in which "
         "v(t) is the present speed, stops and never starts again.",
-        "Rows that differ from the prototype of SPEC section 4.2 do so for three reasons. Its "
+        "Rows that differ from an earlier prototype do so for three reasons. Its "
         "human carried the pattern from the start, whereas here it is recognised within "
         f"{SOCIAL_M:g} m: without the limit at 3.0 m its robot slowed at 0.6 s, because far away "
         "the tail of DS, the widest set, outlasts the others; here it decelerates at "

@@ -1,4 +1,4 @@
-"""Section 3.3, second part: is it the fuzziness that helps, or the larger gains?"""
+"""Section 3.3, second part: effect of the fuzzy rules and of larger gains."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ PAIRS = (
     ("tuned fuzzy-PID", "tuned PID"),
 )
 FULL, QUICK = (30, 1), (3, 8)  # generations of the search, every n-th plant of the sweep
-ROOM = 2.0  # how many times the largest gains the third search may use
+ROOM = 2.0  # gain bound of the third search, as a multiple
 WIDE = f"PID with {ROOM:g} times the room"
 SIGNS = {"s = -1": SPAN, "s = +1": SPAN._replace(sign=1.0)}
 
 
 class Found(NamedTuple):
-    """All that the section says."""
+    """Results of the section."""
 
     tuned: dict[str, Tuned]
     controllers: dict[str, tuned_pid.Drive]
@@ -137,10 +137,10 @@ def _text(found: Found) -> tuple[str, ...]:
         f"to {wide.objective:.2f} with a kp of {wide.drive['pid']['kp']:.1f}. A linear motor "
         "without noise or limit rewards larger gains. The comparison says who makes more of "
         "the same bounds, not which gains a real motor would bear.",
-        f"On the {right.plants} plants of SPEC section 5 with matched wheels, undisturbed, both of "
+        f"On the {right.plants} plants with matched wheels, undisturbed, both of "
         f"the paper's controllers keep to the circle on {right.kept}, and the fuzzy-PID is better "
         f"in all four published figures on {right.in_all} of these, with median ratios of "
-        f"{_listed(right.median_ratios)} (the prototype of SPEC section 5: on 44 % of 16, with "
+        f"{_listed(right.median_ratios)} (an earlier prototype: on 44 % of 16, with "
         "0.75, 0.64, 1.00, 0.98; which four it left out it does not say). With the other sign (s = "
         f"+1) it is so on {wrong.in_all} of {wrong.kept}, with {_listed(wrong.median_ratios)}.",
         f"Over {len(found.rows) // len(found.controllers)} cases (these plants with and without "

@@ -1,1 +1,1 @@
-"""The pictures, one module a section of the paper: what experiments found, as SVG."""
+"""Figures of the results as SVG, one module per section of the paper."""

@@ -100,7 +100,7 @@ def _curve(axis: object, time_s: Floats, error: Floats, color: str, name: str) -
 
 
 def late_errors(laps: Mapping[str, Lap]) -> str:
-    """Draw the same errors on a logarithmic scale, where one sees when they converge."""
+    """Draw the same errors on a logarithmic scale, which shows convergence."""
     figure, axes = new(2.7, 1, 2)
     for axis, unit, k in zip(
         axes, ("position error [m]", "angle error [rad]"), (0, 1), strict=True
@@ -124,7 +124,7 @@ def late_errors(laps: Mapping[str, Lap]) -> str:
 
 
 def misses(found: Mapping[str, Floats], tolerance: float) -> str:
-    """Draw how far the eight figures of the paper are missed on some plants.
+    """Draw the deviations from the paper's eight figures on some plants.
 
     Args:
         found: Relative differences by plant, (2, 4) each: fuzzy-PID and PID, four figures.

@@ -45,7 +45,7 @@ def readings(found: Readings, half_widths: tuple[float, float, float]) -> str:
 
 
 def delays(found: dict[str, Delayed]) -> str:
-    """Draw how long the robot moves within 1.5 m over the delay of its commands."""
+    """Draw the time of motion within 1.5 m over the command delay."""
     figure, axes = new(2.6, 1, len(found), sharey=True)
     for (scenario, each), axis in zip(found.items(), axes, strict=True):
         axis.plot(each.delay_s, rounded(each.inside_s, 3), "o-", color=BLUE, markersize=3.5)
@@ -61,7 +61,7 @@ def delays(found: dict[str, Delayed]) -> str:
 
 
 def _band(axis: Any, curves: list[Floats], time_s: Floats) -> None:
-    """Shade where curves of all noise seeds lie, as long as all of them last."""
+    """Shade the range of curves over all noise seeds, up to the shortest."""
     shared = min(len(curve) for curve in (*curves, time_s))
     stacked = np.array([curve[:shared] for curve in curves])
     low, high = rounded(stacked.min(axis=0)), rounded(stacked.max(axis=0))
@@ -69,7 +69,7 @@ def _band(axis: Any, curves: list[Floats], time_s: Floats) -> None:
 
 
 def combination(found: Combination) -> str:
-    """Draw Figure 19: the meeting on the circle from above, and what happens over time."""
+    """Draw Figure 19: the encounter on the circle from above, and time series."""
     figure, (above, speed, distance, error) = new(8.2, 4, 1, height_ratios=(2.2, 1.0, 1.0, 1.0))
     run, alone, events = found.runs[0], found.alone[0], found.found[0]
     angle, r = np.linspace(0.0, 2.0 * np.pi, 200), CIRCLE_RADIUS_M

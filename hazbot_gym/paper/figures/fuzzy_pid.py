@@ -1,4 +1,4 @@
-"""Pictures of section 3.3: surfaces of the gains, the sign of the error, and who beats whom."""
+"""Figures of section 3.3: gain surfaces, the sign of the error, and pairwise comparisons."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def controllers(found: Mapping[str, Mapping[str, Figures]]) -> str:
 
 
 def wins(rows: Sequence[tuple[str, str, float, float]]) -> str:
-    """Draw in which share of cases one controller beats another.
+    """Draw the share of cases in which one controller beats another.
 
     Args:
         rows: ours, theirs, share in all four errors, share on average.

@@ -24,7 +24,7 @@ from hazbot_gym.policies.fuzzy_expert import AVOIDANCE_M, SENSITIVE_M
 SHOWN_S = 18.0
 MARKED_S = 1.0  # between two markers of a path, as in the paper
 
-Told = Sequence[tuple[str, float]]  # what the paper reports, and when
+Told = Sequence[tuple[str, float]]  # events reported in the paper
 
 
 def meeting(
@@ -33,7 +33,7 @@ def meeting(
     """Draw a meeting from above, and below it speed and distance over time.
 
     Args:
-        run: What is drawn.
+        run: The encounter.
         found: Its events.
         paper: Events that the paper reports.
         is_measured: Whether the robot's own speed is drawn instead of the commanded one.

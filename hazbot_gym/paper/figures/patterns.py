@@ -8,7 +8,7 @@ from hazbot_gym.core.state import PERSON_RADIUS_M, ROBOT_RADIUS_M
 from hazbot_gym.paper.figures.style import BLUE, RED, new, svg
 from hazbot_gym.paper.patterns import ROBOT_MPS, SCENES, label
 
-AHEAD_S = 1.6  # how far arrows reach
+AHEAD_S = 1.6  # length of arrows
 
 
 def scenes() -> str:

@@ -1,4 +1,4 @@
-"""Pictures of section 3.2.3: memberships (Figure 6), and what the speed controller answers."""
+"""Figures of section 3.2.3: memberships (Figure 6), and the speed controller's output."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _name(axis: Any, name: str, x: float, color: str) -> None:
 
 
 def surfaces() -> str:
-    """Draw the share of speed kept over distance and the human's speed, for each pattern."""
+    """Draw the speed factor over distance and the human's speed, for each pattern."""
     figure, axes = new(2.5, 1, 4, sharey=True)
     controller = FuzzyExpert().controller
     distance, speed = np.linspace(1.4, 3.1, 69), np.linspace(0.0, 2.0, 41)
@@ -76,11 +76,11 @@ def surfaces() -> str:
 
 
 def over_distance(horizons_s: tuple[float, ...]) -> str:
-    """Draw the share kept over distance for each pattern, and with eq 8b's horizons."""
+    """Draw the speed factor over distance for each pattern, and with eq 8b's horizons."""
     figure, (left, right) = new(2.7, 1, 2, sharey=True)
     distance = np.linspace(1.3, 4.2, 233)
     controller = FuzzyExpert().controller
-    looks = ("-", "--", ":", "-")  # three patterns have the same answer to a slow human
+    looks = ("-", "--", ":", "-")  # three patterns have the same speed factor for a slow human
     for code, (color, look) in enumerate(zip(HUES, looks, strict=False)):
         kept = [kept_fraction(float(r), 0.5, code, controller) for r in distance]
         left.plot(distance, rounded(kept), color=color, linestyle=look, label=PATTERN_NAMES[code])

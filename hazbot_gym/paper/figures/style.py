@@ -1,4 +1,4 @@
-"""How all pictures look: made without a display, as SVG that is the same for the same numbers."""
+"""Figure style: deterministic SVG, without a display."""
 
 from __future__ import annotations
 
@@ -48,10 +48,10 @@ def mark_event(axes: Any, time_s: float, text: str, *, height: float = 1.0) -> N
     """Mark an event that the paper reports: a dashed line over the whole height, and its name.
 
     Args:
-        axes: Where, with time on the x axis.
-        time_s: When.
-        text: What happens, such as ``paper: stops, 3.4 s``.
-        height: Of the text, as a share of the axes' height.
+        axes: Axes with time on the x axis.
+        time_s: Time of the event.
+        text: Label, such as ``paper: stops, 3.4 s``.
+        height: Height of the text, as a share of the axes' height.
     """
     axes.axvline(time_s, color=INK, linewidth=0.9, linestyle=(0, (4, 3)))
     place = axes.get_xaxis_transform()
@@ -59,7 +59,7 @@ def mark_event(axes: Any, time_s: float, text: str, *, height: float = 1.0) -> N
 
 
 def legend(axes: Any, **options: object) -> None:
-    """Name what is drawn, without a frame."""
+    """Add a legend without a frame."""
     axes.legend(frameon=False, **{"fontsize": 8, **options})
 
 
@@ -73,5 +73,5 @@ def svg(figure: Any) -> str:
 
 
 def rounded(values: object, digits: int = 4) -> Any:
-    """Return values with digits that can be seen, so that pictures stay small."""
+    """Return values rounded to visible digits, for small files."""
     return np.round(np.asarray(values, dtype=np.float64), digits)
