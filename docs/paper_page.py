@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from string import Template
 from typing import Any
 
 from hazbot_gym.calibration.report import DIFFERENCES, difference_rows
 from hazbot_gym.paper.tables import shown, summary_line
+from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.text_tables import Rows, markdown_table
 
-Record = Mapping[str, Any]
+Record = JsonObject
 LINES = ("item", "what", "here", "in the code")
 NUMBERS = ("number", "where", "paper", "here", "tolerance", "verdict")
 MISSED = ("number", "paper", "here", "verdict", "why")

@@ -30,6 +30,7 @@ from hazbot_gym.core.social_force import (
 from hazbot_gym.core.tracking import TrackingGains
 from hazbot_gym.core.ultrasonic import Ultrasonic
 from hazbot_gym.errors import InvalidInput, UnknownKeyword
+from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.yaml_loader import read_yaml
 
 Family = Literal["crossing", "encountering", "leading", "confronting", "mixed"]
@@ -258,7 +259,7 @@ class Config(Section):
     reward: RewardWeights = RewardWeights()
 
 
-def merge(base: Mapping[str, object], deltas: Mapping[str, object]) -> dict[str, Any]:
+def merge(base: Mapping[str, object], deltas: Mapping[str, object]) -> JsonObject:
     """Return ``base`` with ``deltas`` laid over it, section by section.
 
     Raises:
@@ -347,7 +348,7 @@ _C_STAR_RAD = math.radians(-66.9)
 _E_STAR = _paper_scenario(4.479, 0.800, -0.5, 0.0)
 _E_FAR = _paper_scenario(5.442, 0.800, -0.5, 0.0)
 _C_STAR = _paper_scenario(2.750, 4.763, 0.5 * math.cos(_C_STAR_RAD), 0.5 * math.sin(_C_STAR_RAD))
-SCENARIOS: dict[str, dict[str, Any]] = {
+SCENARIOS: dict[str, JsonObject] = {
     "E*": _E_STAR,  # encountering, the simulation
     "E5.5": _E_FAR,  # encountering, the experiment's distance
     "C*": _C_STAR,  # crossing

@@ -8,11 +8,13 @@ from typing import Any, Protocol
 import gymnasium
 import numpy as np
 
-from hazbot_gym.envs.arguments import Environment
+from hazbot_gym.envs.arguments import Batch, Environment
 from hazbot_gym.envs.vector import CorridorVectorEnv
 from hazbot_gym.errors import MissingExtra
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.policies.base import make as make_policy
+from hazbot_gym.policies.guard import Observations
+from hazbot_gym.utils.json_object import JsonObject
 
 CARTPOLE, CORRIDOR = "CartPole-v1", "hazbot_gym/Corridor-v0"
 CARTPOLES = f"{CARTPOLE}, 1024 worlds"
@@ -32,7 +34,7 @@ def asking(policy: str) -> str:
     return f"policy {policy}, 1024 observations"
 
 
-def with_people(count: int) -> dict[str, Any]:
+def with_people(count: int) -> JsonObject:
     """Return the config of a corridor with a fixed number of people."""
     return {"people": {"model": "social_force", "count": [count, count]}}
 
@@ -77,7 +79,7 @@ class Stepper:
 class VectorStepper:
     """Steps a vector environment with random actions; it resets its worlds itself."""
 
-    def __init__(self, envs: gymnasium.vector.VectorEnv[Any, Any, Any], seed: int = 0) -> None:
+    def __init__(self, envs: Batch, seed: int = 0) -> None:
         self.envs, self.size = envs, envs.num_envs
         envs.action_space.seed(seed)
         self.actions = [envs.action_space.sample() for _ in range(DRAWN)]
@@ -122,7 +124,7 @@ class Sb3Stepper:
 class Asker:
     """Queries a policy with observations."""
 
-    def __init__(self, policy: Policy, observations: np.ndarray[Any, Any]) -> None:
+    def __init__(self, policy: Policy, observations: Observations) -> None:
         self.policy, self.observations = policy, observations
         self.size = len(observations) if observations.ndim > 1 else 1
 

@@ -19,6 +19,7 @@ from hazbot_gym.errors import MissingExtra
 from hazbot_gym.evaluation.rollout import Block, run_block
 from hazbot_gym.evaluation.scenario_set import DEFAULT_SETS
 from hazbot_gym.utils import processors
+from hazbot_gym.utils.json_object import JsonObject
 
 WARM_UP = 250  # steps before memory is counted
 MIXED = next(scenarios for scenarios in DEFAULT_SETS if scenarios.name == "Corridor")
@@ -29,7 +30,7 @@ from hazbot_gym.evaluation import rollout
 rollout.evaluate("fuzzy_expert", "hazbot_gym/Corridor-v0", episodes=2, engine={engine!r})
 print(time.perf_counter() - start)
 """
-Measured = dict[str, Any]
+Measured = JsonObject
 
 
 def spread_of(values: list[float], name: str) -> Measured:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from string import Template
-from typing import Any
 
 from rich.console import Group
 
 from hazbot_gym.bench.cases import CARTPOLE, CORRIDOR, batched
+from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.text_tables import Rows, console_table, markdown_table, shown
 
-Record = dict[str, Any]
+Record = JsonObject
 
 RATES = ("steps a second, median (quartiles)", "", "times CartPole-v1")
 PARTS = ("part of a step in one of 1024 worlds, one thread", "microseconds")

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import statistics
 import time
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from hazbot_gym.bench import once
 from hazbot_gym.bench.cases import (
@@ -26,9 +26,10 @@ from hazbot_gym.bench.cases import (
     make_cases,
 )
 from hazbot_gym.utils import provenance
+from hazbot_gym.utils.json_object import JsonObject
 
 EPISODES = 1000  # of the evaluation
-Record = dict[str, Any]
+Record = JsonObject
 
 
 class Effort(NamedTuple):

@@ -18,7 +18,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation import rollout
@@ -30,6 +29,7 @@ from hazbot_gym.training.config import TrainConfig, load_training, shares
 from hazbot_gym.training.run_folder import POLICY, RESULT
 from hazbot_gym.utils import provenance
 from hazbot_gym.utils.files import read_json
+from hazbot_gym.utils.json_object import JsonObject
 
 EXPERT = "fuzzy_expert"
 EPISODES = 1000  # paired, split among a run's environments
@@ -39,7 +39,7 @@ TURNS = 3  # of the two engines, alternating
 UPDATES = 30  # of a turn on the batched engine
 REFERENCE_WORLDS = 8  # of pymunk
 KEPT = (*AXES, "return", "arrived", "contact_robot_caused")
-Record = dict[str, Any]
+Record = JsonObject
 
 
 def bench_training(paths: list[Path], *, seeds: int = SEEDS, episodes: int = EPISODES) -> Record:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from string import Template
-from typing import Any
 
 from rich.console import Group
 
 from hazbot_gym.bench import report
+from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.text_tables import console_table, markdown_table, shown
 
-Record = dict[str, Any]
+Record = JsonObject
 
 GOALS = ("run", "goal", "", "measured")
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from string import Template
-from typing import Any
 
 from rich.console import Group
 
+from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.text_tables import Rows, console_table, markdown_table, shown
 
-Record = dict[str, Any]
+Record = JsonObject
 
 CONSTANTS = ("constant", "fitted", "as shipped", "Helbing and Molnár 1995")
 LOSSES = ("loss on the runs fitted on", "fitted", "as shipped", "Helbing and Molnár 1995")

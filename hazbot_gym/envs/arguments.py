@@ -13,6 +13,7 @@ import numpy.typing as npt
 from hazbot_gym.errors import InvalidInput
 
 Environment = gymnasium.Env[Any, Any]  # any of Gymnasium, also wrapped
+Batch = gymnasium.vector.VectorEnv[Any, Any, Any]  # the same for batches
 Info = dict[str, Any]  # Gymnasium's: values of several kinds by name
 
 

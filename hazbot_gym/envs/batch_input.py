@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any, cast
 
 import numpy as np
+import numpy.typing as npt
 from gymnasium.utils.seeding import np_random
 from gymnasium.vector import AutoresetMode
 
@@ -56,7 +57,7 @@ def commands_of(actions: object, worlds: int, config: Config) -> Floats:
     return commands
 
 
-def _wrong(values: Any, allowed: str) -> InvalidInput:
+def _wrong(values: npt.NDArray[np.generic], allowed: str) -> InvalidInput:
     given = f"{values.dtype} of shape {values.shape}"
     return InvalidInput(f"actions: given {given}, allowed are {allowed}")
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from gymnasium.vector import VectorEnv, VectorWrapper
+from gymnasium.vector import VectorWrapper
 
-from hazbot_gym.envs.arguments import Info
+from hazbot_gym.envs.arguments import Batch, Info
 
 ENDS = ("final_obs", "_final_obs", "_final_info")  # of ended episodes, passed on unchanged
 
@@ -20,7 +20,7 @@ class NumericInfo(VectorWrapper):  # not generic in Gymnasium 1.1
 
     Example:
         >>> import gymnasium, hazbot_gym
-        >>> from hazbot_gym.envs.arguments import Info
+        >>> from hazbot_gym.envs.arguments import Batch, Info
     from hazbot_gym.envs.numeric_info import NumericInfo
         >>> envs = NumericInfo(gymnasium.make_vec(
         ...     "hazbot_gym/Corridor-v0", 2, "vector_entry_point", autoreset_mode="SameStep"
@@ -30,7 +30,7 @@ class NumericInfo(VectorWrapper):  # not generic in Gymnasium 1.1
         (False, [0.0, 0.0])
     """
 
-    def __init__(self, env: VectorEnv[Any, Any, Any]) -> None:
+    def __init__(self, env: Batch) -> None:
         super().__init__(env)
         self.autoreset_mode = env.metadata["autoreset_mode"]  # TorchRL reads the outermost
 

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
 from hazbot_gym.core.state import Floats
 from hazbot_gym.envs.arguments import Info
@@ -119,7 +120,7 @@ class CorridorVecEnv(VecEnv):
         """Seed world i by ``seed + i`` at the next reset."""
         return super().seed(None if seed is None else whole_number(seed, "seed", 0))
 
-    def set_options(self, options: Any = None) -> None:
+    def set_options(self, options: list[Info] | Info | None = None) -> None:
         """Set the options of the next reset: one dictionary for all worlds, or one per world."""
         each = options if isinstance(options, list | tuple) else [options or {}] * self.num_envs
         if not all(isinstance(one, dict) for one in each):
@@ -132,7 +133,9 @@ class CorridorVecEnv(VecEnv):
         """Store the actions."""
         self._actions = actions
 
-    def step_wait(self) -> tuple[npt.NDArray[np.float32], Any, Any, list[Info]]:
+    def step_wait(
+        self,
+    ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], npt.NDArray[np.bool_], list[Info]]:
         """Take one decision in every world."""
         observations, rewards, terminated, truncated, info = self.worlds.step(self._actions)
         ended = terminated | truncated
@@ -168,7 +171,7 @@ class CorridorVecEnv(VecEnv):
         """Return pictures (H, W, 3) of the first nine worlds, with ``render_mode="rgb_array"``."""
         return self.worlds.pictures(range(min(self.num_envs, PICTURED))) or []
 
-    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """Return an attribute of some worlds, as of single environments."""
         is_mine = attr_name in ("observation_space", "action_space", "metadata", "spec")
         value = getattr(self if is_mine else self.worlds, attr_name)
@@ -188,7 +191,7 @@ class CorridorVecEnv(VecEnv):
         """Not supported: the batch has no single environments."""
         raise InvalidInput(f"env_method: given {method_name!r}, there are no single environments")
 
-    def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
+    def env_is_wrapped(self, wrapper_class: type, indices: VecEnvIndices = None) -> list[bool]:
         """Return whether each world is wrapped: in a ``Monitor`` if its factory used one."""
         is_monitored = self._singles is not None and bool(self._singles.monitors)
         is_wrapped = is_monitored and issubclass(Monitor, wrapper_class)

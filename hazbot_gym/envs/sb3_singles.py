@@ -17,7 +17,9 @@ import numpy as np
 from gymnasium.wrappers import OrderEnforcing, PassiveEnvChecker, TimeLimit
 
 from hazbot_gym.config import Config, make_config
+from hazbot_gym.core.state import Floats
 from hazbot_gym.envs.arguments import Environment, Info
+from hazbot_gym.envs.batch import Bools
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.errors import InvalidInput, MissingExtra
 
@@ -63,7 +65,7 @@ class Singles:
         for monitor in self.monitors:
             monitor.reset()
 
-    def note(self, rewards: Any, terminated: Any, truncated: Any, infos: list[Info]) -> None:
+    def note(self, rewards: Floats, terminated: Bools, truncated: Bools, infos: list[Info]) -> None:
         """Forward a step to the monitors, which add ``episode`` to the infos of ended episodes."""
         told = zip(rewards.tolist(), terminated.tolist(), truncated.tolist(), infos, strict=True)
         for monitor, step in zip(self.monitors, told, strict=False):
@@ -83,7 +85,7 @@ class _Told(Environment):
 
     told: object = None
 
-    def reset(self, **arguments: object) -> Any:
+    def reset(self, **arguments: object) -> tuple[None, Info]:
         return None, {}
 
     def step(self, action: object) -> Any:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -128,7 +127,7 @@ def pattern_color(pattern: int) -> Color:
     return PEOPLE[pattern] if 0 <= pattern < len(PEOPLE) else NOBODY
 
 
-def _draw_person(canvas: Canvas, person: Any, color: Color) -> None:
+def _draw_person(canvas: Canvas, person: np.void, color: Color) -> None:
     """Draw shoulders and head on the body's disc, and a pointer of the velocity."""
     x, y, radius_m = float(person["x"]), float(person["y"]), float(person["radius"])
     vx, vy = float(person["vx"]), float(person["vy"])

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import copy
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from types import FrameType
-from typing import Any, Protocol
+from typing import Protocol
 
 import gymnasium
 from gymnasium.envs.registration import EnvSpec
@@ -19,6 +19,7 @@ from pydantic_core import to_jsonable_python
 
 from hazbot_gym.config import Config, horizon_in, plain
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.utils.json_object import JsonObject
 
 HORIZON = "max_episode_steps"
 
@@ -58,7 +59,7 @@ def horizon_given_to_make(env: object) -> dict[str, object]:
     return horizon_of_spec(called["env_spec"], called["kwargs"]) if called else {}
 
 
-def horizon_given_to_make_vec(env: object, overrides: dict[str, Any]) -> dict[str, Any]:
+def horizon_given_to_make_vec(env: object, overrides: JsonObject) -> JsonObject:
     """Return overrides of ``make_vec``, which include the horizon of a spec.
 
     Raises:
@@ -72,7 +73,7 @@ def horizon_given_to_make_vec(env: object, overrides: dict[str, Any]) -> dict[st
 
 
 def horizon_of_spec(
-    spec: EnvSpec, given: Mapping[str, Any], limit: int | None = None
+    spec: EnvSpec, given: JsonObject, limit: int | None = None
 ) -> dict[str, object]:
     """Return the horizon of a spec as an override.
 
@@ -96,7 +97,7 @@ def horizon_of_spec(
     return {HORIZON: limit}
 
 
-def _locals_of(maker: Callable[..., object], env: object) -> dict[str, Any]:
+def _locals_of(maker: Callable[..., object], env: object) -> JsonObject:
     """Return the local variables of the call of ``maker`` on the stack, if any.
 
     Call it one level below the environment's constructor.

@@ -81,9 +81,9 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
     def __init__(
         self,
         num_envs: int = 1,
-        config: Config | Mapping[str, Any] | str | Path | None = None,
+        config: Config | Mapping[str, object] | str | Path | None = None,
         *,
-        preset: Mapping[str, Any] | None = None,
+        preset: Mapping[str, object] | None = None,
         scenario: str | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,

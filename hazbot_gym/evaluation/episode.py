@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from hazbot_gym.core.state import Floats, Ints
 from hazbot_gym.task.fingerprint import fingerprint
 from hazbot_gym.task.outcome import CAUSE_NAMES, NOBODY, OUTCOME_NAMES, RUNNING, TIMEOUT
 from hazbot_gym.task.scenario import Source
+from hazbot_gym.utils.json_object import JsonObject
 
 # Columns of ``Episode.people``, by the names of the fields of ``core.state.PERSON``.
 PERSON_COLUMNS = ("x", "y", "vx", "vy", "radius")
@@ -70,7 +71,7 @@ def labels_of(source: Source, key: int) -> dict[str, str]:
     }
 
 
-def ending(outcome: str, caused_by: str, speed_mps: float) -> dict[str, Any]:
+def ending(outcome: str, caused_by: str, speed_mps: float) -> JsonObject:
     """Return an episode's ``ENDING`` from its last info; one cut off from outside has timed out."""
     has_touched = caused_by != CAUSE_NAMES[NOBODY]
     return {

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
@@ -32,5 +30,5 @@ class Plan:
         t = state or 0
         now = self._actions[:, min(t, self._actions.shape[1] - 1)]
         rows = len(observation) if np.ndim(observation) > 1 else 1
-        actions: Any = np.broadcast_to(now, rows).reshape(rows, 1).copy()
+        actions: Actions = np.broadcast_to(now, rows).reshape(rows, 1).copy()
         return (actions if np.ndim(observation) > 1 else actions[0]), t + 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple, get_args
+from typing import NamedTuple, get_args
 
 import numpy as np
 
@@ -32,6 +32,7 @@ from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.evaluation.without_robot import walked_alone
 from hazbot_gym.policies.base import NO_CODE, Permissions, Policy
 from hazbot_gym.policies.base import make as make_policy
+from hazbot_gym.sim.world import Snapshot
 from hazbot_gym.utils import processors
 from hazbot_gym.utils.whole_number import whole_number
 
@@ -236,7 +237,7 @@ def environment_ids() -> list[str]:
 
 def _record(
     env: Environment,
-    snapshots: list[Any],
+    snapshots: list[Snapshot],
     steps: list[tuple[float, Info]],
     start: Info,
 ) -> Episode:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from annotated_types import MinLen
 from pydantic import AfterValidator, Field
@@ -17,6 +17,7 @@ from hazbot_gym.config import Section
 from hazbot_gym.envs.registration import NAMESPACE, full_id
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation.field_types import Episodes, Seed
+from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.yaml_loader import parse_yaml
 
 
@@ -28,7 +29,7 @@ class ScenarioSet(Section):
 
     name: Annotated[str, MinLen(1)]
     env: Annotated[str, AfterValidator(full_id)]
-    overrides: dict[str, Any] = Field(default_factory=dict)
+    overrides: JsonObject = Field(default_factory=dict)
     episodes: Episodes | None = None  # number of scenarios; None: unlimited
     seed: Seed | None = None  # root of their seeds; None: the study's
 

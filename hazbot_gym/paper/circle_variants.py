@@ -6,7 +6,7 @@ Plant, sign and tables of the rules, speed, radius, sampling, the motors' limit,
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from hazbot_gym.paper.circle import (
     figures,
     paper_drive,
 )
+from hazbot_gym.utils.json_object import JsonObject
 
 LOOPS = {"fuzzy-PID": "fuzzy_pid", "PID": "pid"}
 BANDS = (0.0005, BAND, 0.002, 0.005)  # of a converged error [m, rad]
@@ -46,7 +47,7 @@ def plants() -> dict[str, Figures]:
 
 def variants() -> dict[str, Figures]:
     """Return the four numbers on plant B with one change, for the controllers that it affects."""
-    both: dict[str, tuple[dict[str, object], dict[str, Any]]] = {
+    both: dict[str, tuple[dict[str, object], JsonObject]] = {
         "0.3 m/s": ({"nominal_speed_mps": 0.3}, {}),
         "radius 3.5 m": ({}, {"radius_m": 3.5}),
         "steps of 0.005 s": ({}, {"physics_s": 0.005}),

@@ -8,7 +8,7 @@ moves within 1.5 m of the human for 0.1 s longer than without delay.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from hazbot_gym.evaluation.metrics import means
 from hazbot_gym.evaluation.rollout import evaluate
 from hazbot_gym.paper.meetings import events, meet
 from hazbot_gym.policies.robot import DECISION_S
+from hazbot_gym.utils.json_object import JsonObject
 
 SCENARIOS = ("E*", "C*")
 EXTRA_S = 0.1  # additional time of motion within 1.5 m
@@ -61,14 +62,14 @@ def sweep(scenario: str, *, seeds: int, steps: Sequence[int] = STEPS) -> Delayed
     return Delayed(delay_s, inside_s, hits, first_s)
 
 
-def costliest(rows: Sequence[dict[str, Any]]) -> tuple[dict[str, Any], dict[str, Any]]:
+def costliest(rows: Sequence[JsonObject]) -> tuple[JsonObject, JsonObject]:
     """Return the row with the largest kinetic intrusion, and its family's without a delay."""
     worst = max(rows, key=lambda row: row["kinetic_intrusion_m2"])
     same = [row for row in rows if row["family"] == worst["family"]]
     return worst, min(same, key=lambda row: row["delay_s"])
 
 
-def families(episodes: int) -> list[dict[str, Any]]:
+def families(episodes: int) -> list[JsonObject]:
     """Return the effect of delays with randomly drawn reactive people."""
     rows = []
     for family in FAMILIES:

@@ -14,6 +14,7 @@ from hazbot_gym.core.state import ENCOUNTERING, ROBOT_RADIUS_M
 from hazbot_gym.paper.meetings import STOPPED, Meeting, meet, slows_for_good_s
 from hazbot_gym.policies.fuzzy_expert import AVOIDANCE_M
 from hazbot_gym.policies.fuzzy_readings import FuzzyReading
+from hazbot_gym.utils.json_object import JsonObject
 
 # Definitions of "stopped", as a share of the nominal speed.
 BELOW = {"10 %": 0.1, "5 %": STOPPED, "nil": 1e-9}
@@ -33,7 +34,7 @@ WALL = "C-experiment+wall"
 def by_width() -> dict[str, dict[str, Meeting]]:
     """Return both simulations by the widths of the distance terms, and a matching start."""
     there = {"people": {"walkers": [_FROM_THERE]}}
-    ways: dict[str, tuple[Any, dict[str, Any]]] = {
+    ways: dict[str, tuple[Any, JsonObject]] = {
         CHOSEN: ("fuzzy_expert", {}),
         WIDE: (_WIDTH, {}),
         REFIT: (_WIDTH, there),

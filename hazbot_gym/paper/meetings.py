@@ -8,9 +8,10 @@ simulations the speed is the commanded one, in experiments the robot's own.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from hazbot_gym.config import Config, make_config
 from hazbot_gym.core.state import Floats
@@ -138,7 +139,7 @@ def slows_for_good_s(meeting: Meeting, *, nominal_mps: float = 0.5) -> float:
     return _at(meeting, int(fast[-1]) + 1) if len(fast) else np.nan
 
 
-def _first(is_so: Any) -> int:
+def _first(is_so: npt.NDArray[np.bool_]) -> int:
     """Return the first True index, or the length."""
     return int(np.argmax(is_so)) if is_so.any() else len(is_so)
 

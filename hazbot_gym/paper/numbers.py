@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 from importlib import resources
-from typing import Any
 
 from pydantic import BaseModel, ConfigDict, model_validator
 
 from hazbot_gym.errors import HazbotError
+from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.yaml_loader import parse_yaml
 
 REPRODUCED, NEAR, NOT = "reproduced", "near", "not reproducible"
@@ -80,7 +80,7 @@ def verdict(number: Number, here: float | None) -> str:
     return f"{NOT}: {number.reason or 'outside the tolerance, and nobody knows why'}"
 
 
-def entries(here: Mapping[str, float]) -> list[dict[str, Any]]:
+def entries(here: Mapping[str, float]) -> list[JsonObject]:
     """Return one entry for each reported number, in the paper's order.
 
     Args:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping
 from importlib import resources
-from typing import Any
 
 from hazbot_gym import __version__
 from hazbot_gym.errors import MissingExtra
@@ -14,6 +12,7 @@ from hazbot_gym.paper.lines import lines
 from hazbot_gym.paper.numbers import REPRODUCED, reported
 from hazbot_gym.paper.tables import shown, summary_line
 from hazbot_gym.utils import text_tables
+from hazbot_gym.utils.json_object import JsonObject
 
 try:
     import jinja2
@@ -24,7 +23,7 @@ except ImportError as error:
 LONG = 12  # characters beyond a number with its unit
 
 
-def make_page(record: Mapping[str, Any], chapters: list[Chapter]) -> str:
+def make_page(record: JsonObject, chapters: list[Chapter]) -> str:
     """Return the page as HTML; the same text for the same results."""
     numbers = {entry["id"]: entry for entry in record["numbers"]}
     own = {chapter.number: [numbers[name] for name in chapter.here] for chapter in chapters}

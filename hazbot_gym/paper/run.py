@@ -21,6 +21,7 @@ from hazbot_gym.paper.chapter import Chapter
 from hazbot_gym.paper.lines import lines
 from hazbot_gym.paper.numbers import NEAR, NOT, REPRODUCED, entries
 from hazbot_gym.utils import files, processors, provenance
+from hazbot_gym.utils.json_object import JsonObject
 
 RECORD, PAGE, FIGURES = "paper.json", "paper.html", "figures"
 # In the paper's order.
@@ -41,7 +42,7 @@ CHAPTERS = (
 )
 LONGEST_FIRST = ("motor", "tuned_pid", "circle", "control_system", "speed_controller", "meetings")
 
-Record = dict[str, Any]
+Record = JsonObject
 
 
 def reproduce(

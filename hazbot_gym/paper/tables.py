@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from rich.text import Text
 
 from hazbot_gym.paper.numbers import NEAR, NOT, REPRODUCED
+from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.terminal import FittedTable
 
 COLORS = {REPRODUCED: "green", NEAR: "yellow"}
@@ -20,7 +18,7 @@ def shown(value: float | None, unit: str = "") -> str:
     return f"{round(value, 4):g} {unit}".rstrip()
 
 
-def verdict_table(record: Mapping[str, Any]) -> FittedTable:
+def verdict_table(record: JsonObject) -> FittedTable:
     """Return one row for each number that the paper reports."""
     table = FittedTable(box=None, pad_edge=False, spare=("tolerance", "where"))
     table.add_column("where", style="dim")
@@ -43,7 +41,7 @@ def verdict_table(record: Mapping[str, Any]) -> FittedTable:
     return table
 
 
-def summary_line(record: Mapping[str, Any]) -> str:
+def summary_line(record: JsonObject) -> str:
     """Return a line with the count of each verdict."""
     counts = ", ".join(f"{record['verdicts'][word]} {word}" for word in (REPRODUCED, NEAR, NOT))
     return f"{record['reported']} numbers reported: {counts}."

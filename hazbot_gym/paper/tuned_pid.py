@@ -19,6 +19,7 @@ from hazbot_gym.core.pid import PidGains, Plant
 from hazbot_gym.core.state import Floats
 from hazbot_gym.paper.circle import NO_LOAD, NOISE, Figures, Load, drive_lap, figures, paper_drive
 from hazbot_gym.paper.evolution import search
+from hazbot_gym.utils.json_object import JsonObject
 
 REACH = 2.69  # of a fuzzy output on [-3, 3]
 BASE, SPAN = PidGains(), FuzzyPid()
@@ -139,7 +140,7 @@ def grid(fuzzy: FuzzyPid = SPAN) -> Grid:
 
 # Plants with and without mismatched wheels.
 GAINS, TIMES_S, MISMATCHES = (0.2, 0.5, 1.0, 2.0, 5.0), (0.3, 1.0, 3.0, 10.0), (0.0, -0.25)
-DISTURBANCES: dict[str, dict[str, Any]] = {
+DISTURBANCES: dict[str, JsonObject] = {
     "none": {},
     "sensor noise": {"noise": True},
     "load": {"load": Load(20.0, 1.0)},  # after 20 s, 1 rad/s of 2.5
@@ -219,7 +220,7 @@ def wins(rows: list[dict[str, object]], ours: str, theirs: str) -> Wins:
     )
 
 
-def lost(rows: list[dict[str, Any]], controller: str) -> int:
+def lost(rows: list[JsonObject], controller: str) -> int:
     """Return the number of cases in which a controller left the circle by more than ``LOST_M``."""
     rows = [row for row in rows if row["controller"] == controller]
     return sum(1 for row in rows if np.isinf(row["position_max_m"]))

@@ -21,6 +21,7 @@ from hazbot_gym.policies.layer import Layer
 from hazbot_gym.policies.lstm import Lstm
 from hazbot_gym.task.observation import LAYOUTS, Layout
 from hazbot_gym.utils import npz
+from hazbot_gym.utils.json_object import JsonObject
 
 FORMAT = 1
 MOST_TEXT = 8 * 2**20  # bytes of JSON
@@ -37,7 +38,7 @@ class Trained(NamedTuple):
     """An actor and its metadata."""
 
     actor: Actor
-    about: dict[str, Any]
+    about: JsonObject
 
 
 def describe(
@@ -141,7 +142,7 @@ def _about(text: npt.NDArray[np.generic]) -> dict[str, object]:
     return about
 
 
-def check(about: Mapping[str, Any], path: Path) -> None:
+def check(about: JsonObject, path: Path) -> None:
     """Reject an actor of another format, or with another observation table than the library's."""
     if about["format"] != FORMAT:
         raise InvalidInput(
@@ -165,11 +166,11 @@ def check(about: Mapping[str, Any], path: Path) -> None:
         )
 
 
-def _field(field: Mapping[str, Any]) -> str:
+def _field(field: JsonObject) -> str:
     return "{name} in {low:g}..{high:g} {unit} / {scale:g}".format(**field)
 
 
-def _actor(arrays: Mapping[str, npt.NDArray[np.generic]], about: Mapping[str, Any]) -> Actor:
+def _actor(arrays: Mapping[str, npt.NDArray[np.generic]], about: JsonObject) -> Actor:
     """Assemble the arrays; raise ValueError or KeyError if they do not fit."""
     unlike = [name for name, array in arrays.items() if array.dtype.kind != "f"]
     with np.errstate(over="ignore"):  # overflows are rejected as not finite
@@ -219,7 +220,7 @@ def _lstm(arrays: Mapping[str, npt.NDArray[Any]], width: int) -> Lstm | None:
     return lstm
 
 
-def _is_residual(about: Mapping[str, Any]) -> bool:
+def _is_residual(about: JsonObject) -> bool:
     """Return True if the residual metadata is absent or complete; old files lack it."""
     residual = about.get("residual")
     if residual is None:

@@ -20,6 +20,7 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies import own_module
 from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations
 from hazbot_gym.policies.own_policy import OwnPolicy
+from hazbot_gym.utils.json_object import JsonObject
 
 OPTIONS = ConfigDict(extra="forbid", allow_inf_nan=False)  # of the dataclasses of policies
 
@@ -213,7 +214,7 @@ def factory_of(name: str) -> Any:
 
 def _from_register(spec: str, name: str, text: str, *, allow_pickle: bool) -> Policy:
     factory = factory_of(name)
-    options: dict[str, Any]
+    options: JsonObject
     if name == "learned":
         options = {"path": _path_in(spec, text), "allow_pickle": allow_pickle}
     else:

@@ -9,7 +9,6 @@ clipped to [-1, 1], so that the correction is at most ``scale``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ import numpy as np
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import REGISTER, Policy, make
 from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations
+from hazbot_gym.utils.json_object import JsonObject
 
 
 def corrected(action: Actions, correction: Actions, scale: float) -> Actions:
@@ -52,7 +52,7 @@ def unguarded(
     return answer(observation, state, starts, deterministic)
 
 
-def on_its_base(network: Policy, residual: Mapping[str, Any] | None) -> Policy:
+def on_its_base(network: Policy, residual: JsonObject | None) -> Policy:
     """Return a network with its base, or the network itself without a base."""
     if residual is None:
         return network

@@ -10,7 +10,7 @@ moved, not rebuilt; walls are replaced only when the place changes.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pymunk
@@ -254,7 +254,7 @@ class World:
 
     # --- inside ----------------------------------------------------------------------------------
 
-    def __setstate__(self, state: dict[str, Any]) -> None:
+    def __setstate__(self, state: dict[str, object]) -> None:
         """Restore a copied or pickled world, and recreate its array views."""
         self.__dict__.update(state)
         self._x, self._y = self.robots["x"], self.robots["y"]

@@ -7,12 +7,12 @@ Of several learned policies, the one with the largest return is compared.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
 from hazbot_gym.evaluation.statistics.pareto import dominated
 from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.headline import Headline, headline, pooled_sets
+from hazbot_gym.utils.json_object import JsonObject
 
 LEARNED = ("learned", "ppo")  # learned policies of the register
 _COMPARED = (
@@ -22,7 +22,7 @@ _COMPARED = (
 )
 
 
-def answer(summary: Mapping[str, object], study: StudyConfig) -> str:
+def answer(summary: JsonObject, study: StudyConfig) -> str:
     """Return the sentence that a study's summary supports."""
     best = _best_learned(summary, study)
     if best is None:
@@ -31,7 +31,7 @@ def answer(summary: Mapping[str, object], study: StudyConfig) -> str:
     return f"{_claim(study, best)} in {where}; {_figures(summary, study, best)}."
 
 
-def verdict(summary: Mapping[str, Any], study: StudyConfig) -> list[str]:
+def verdict(summary: JsonObject, study: StudyConfig) -> list[str]:
     """Return the same in three sentences for a reader: where, by how much, and who is optimal."""
     best, pareto = _best_learned(summary, study), _pareto(headline(summary), study)
     if best is None:
@@ -50,7 +50,7 @@ def _pareto(first: Headline, study: StudyConfig) -> list[str]:
     return [f"Pareto-optimal in time ratio and kinetic intrusion: {', '.join(optimal)}."]
 
 
-def _best_learned(summary: Mapping[str, Any], study: StudyConfig) -> str | None:
+def _best_learned(summary: JsonObject, study: StudyConfig) -> str | None:
     """Return the learned policy with the largest return, if there is one beside the reference."""
     policies = headline(summary).policies
     returns = {name: policies[name]["metrics"]["return"]["mean"] for name in _rivals(study)}
@@ -67,7 +67,7 @@ def _claim(study: StudyConfig, best: str) -> str:
     return f"The {who} earns more return than {study.reference_policy}"
 
 
-def _figures(summary: Mapping[str, Any], study: StudyConfig, best: str) -> str:
+def _figures(summary: JsonObject, study: StudyConfig, best: str) -> str:
     """Return the gain in return with its interval, and both policies' headline metrics."""
     first = headline(summary)
     ours, theirs = first.policies[best], first.policies[study.reference_policy]
@@ -85,7 +85,7 @@ def learned(study: StudyConfig) -> list[str]:
     return [name for name in study.names if name in trained or name.partition(":")[0] in LEARNED]
 
 
-def _where(summary: Mapping[str, Any], study: StudyConfig, policy: str) -> str:
+def _where(summary: JsonObject, study: StudyConfig, policy: str) -> str:
     """Return the sets with a gain over the reference, and the sets with a loss."""
     pooled = pooled_sets(study)
     gains = {
@@ -108,7 +108,7 @@ def _where(summary: Mapping[str, Any], study: StudyConfig, policy: str) -> str:
     return ", ".join(parts)
 
 
-def _metrics(ours: Mapping[str, Any], theirs: Mapping[str, Any]) -> Iterator[str]:
+def _metrics(ours: JsonObject, theirs: JsonObject) -> Iterator[str]:
     for metric, form, scale in _COMPARED:
         means = [each[metric]["mean"] for each in (ours, theirs)]
         if None not in means:

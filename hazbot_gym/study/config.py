@@ -32,6 +32,7 @@ from hazbot_gym.evaluation.scenario_set import DEFAULT_SETS, ScenarioSet, track_
 from hazbot_gym.policies.knobs import sweep
 from hazbot_gym.study import bank_sets
 from hazbot_gym.utils.files import LONGEST, file_name
+from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.yaml_loader import read_yaml
 
 DEFAULT_POLICIES = (
@@ -111,7 +112,7 @@ class StudyConfig(Section):
     tuned: Names = ()  # rule families that are tuned on validation scenarios first
     trials: Annotated[int, Ge(1), Le(100_000)] = 50  # of each search
     trial_episodes: Episodes = 100  # of each trial, in every family of people
-    trial_overrides: dict[str, Any] = Field(default_factory=dict)  # such as ``tier: sonar``
+    trial_overrides: JsonObject = Field(default_factory=dict)  # such as ``tier: sonar``
     learners: Annotated[tuple[Learner, ...], Loose] = ()  # learned policies
     shown: Names = ()  # policies in the report's plots and replays; empty: all
     fronts: Fronts | None = None

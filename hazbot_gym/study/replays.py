@@ -31,6 +31,7 @@ from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.headline import headline_sets
 from hazbot_gym.study.report.replays import Drive, Replay, Replays, drive_of, rows_of
 from hazbot_gym.task.scenario import Source
+from hazbot_gym.utils.json_object import JsonObject
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -50,7 +51,7 @@ class Choice(NamedTuple):
 
     scenarios: ScenarioSet
     episodes: dict[int, str]
-    best: Mapping[str, Any] | None = None
+    best: JsonObject | None = None
 
 
 def choices(study: StudyConfig, rows: pd.DataFrame, best: pd.DataFrame | None) -> list[Choice]:
@@ -218,7 +219,7 @@ def replays_of(found: Sequence[tuple[Choice, list[Replay]]]) -> Replays:
     )
 
 
-def gives_again(now: Row, recorded: Mapping[str, Any]) -> bool:
+def gives_again(now: Row, recorded: JsonObject) -> bool:
     """Return True if an episode reproduces its recorded metrics."""
     return all(
         value == recorded[name]

@@ -15,7 +15,7 @@ from collections.abc import Generator, Iterator
 from concurrent.futures import as_completed
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from rich.console import Console
 
@@ -33,12 +33,13 @@ from hazbot_gym.study.stamps import Stamps
 from hazbot_gym.study.summary import Summary, summarise
 from hazbot_gym.utils import files, processors, provenance, terminal
 from hazbot_gym.utils.files import LONGEST
+from hazbot_gym.utils.json_object import JsonObject
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-Rows = list[dict[str, Any]]
+Rows = list[JsonObject]
 SCENARIOS_PER_STRETCH = 5  # of the oracle: an interruption costs at most half a minute
 
 

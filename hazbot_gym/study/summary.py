@@ -31,6 +31,7 @@ from hazbot_gym.evaluation.statistics.robust_means import (
 from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.front_summary import summarise_fronts
 from hazbot_gym.study.headline import headline_sets, pooled_sets
+from hazbot_gym.utils.json_object import JsonObject
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -60,7 +61,7 @@ TAILS: dict[str, Literal["low", "high"]] = {
     "time_ratio": "high",
 }
 WORST, MOST_RESAMPLES_OF_TAILS = 0.05, 1000  # each resample of a tail weights every run
-Summary = dict[str, Any]
+Summary = JsonObject
 
 
 class _Luck(TypedDict):
@@ -124,7 +125,7 @@ def _yardsticks(best: pd.DataFrame) -> dict[str, pd.DataFrame]:
     return together | dict(iter(best.groupby("scenario_set", sort=False)))
 
 
-def summarise_one(rows: Sequence[Row], *, seed: int) -> dict[str, Any]:
+def summarise_one(rows: Sequence[Row], *, seed: int) -> JsonObject:
     """Return the results of one policy in one set, as in ``summarise``, from plain rows."""
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     (draws,) = crossed_draws(columns["scenario_set"], [1], np.random.default_rng(seed))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import NamedTuple
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Group
@@ -11,6 +11,7 @@ from rich.text import Text
 
 from hazbot_gym.study.headline import headline, scenarios_of
 from hazbot_gym.study.summary import Summary
+from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.terminal import FittedTable, printable
 
 
@@ -64,7 +65,7 @@ def study_tables(summary: Summary, *, is_verbose: bool = False) -> Group:
     )
 
 
-def set_table(name: str, policies: Mapping[str, Any]) -> FittedTable:
+def set_table(name: str, policies: JsonObject) -> FittedTable:
     """Return the table of one scenario set, one row per policy."""
     episodes = scenarios_of(policies)
     table = FittedTable(

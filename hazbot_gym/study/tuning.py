@@ -24,6 +24,7 @@ from hazbot_gym.policies import base
 from hazbot_gym.policies.search_spaces import SPACES, Interval, Space
 from hazbot_gym.study import bank_sets
 from hazbot_gym.utils import files, provenance
+from hazbot_gym.utils.json_object import JsonObject
 
 try:
     import optuna
@@ -33,7 +34,7 @@ except ImportError as error:
 FIRST_AT_RANDOM = 10  # random trials before the estimator starts
 AT_A_BOUND = 0.02  # share of a range within which the best value counts as at its bound
 
-Record = dict[str, Any]
+Record = JsonObject
 
 
 def validation(overrides: Mapping[str, object] | None = None) -> tuple[ScenarioSet, ...]:
@@ -109,7 +110,7 @@ def _as_text(value: object) -> Any:
     return str(value).lower() if isinstance(value, bool) else value
 
 
-def _distributions(space: Space) -> dict[str, Any]:
+def _distributions(space: Space) -> JsonObject:
     return {
         name: optuna.distributions.FloatDistribution(*bounds)
         if isinstance(bounds, Interval)

@@ -29,6 +29,7 @@ from hazbot_gym.training.imitation import teacher_of
 from hazbot_gym.training.options import MOST, check_options
 from hazbot_gym.training.ppo_lagrangian import PPOLagrangian
 from hazbot_gym.training.vec_envs import TrainingEnvs
+from hazbot_gym.utils.json_object import JsonObject
 
 ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
     "ppo": stable_baselines3.PPO,
@@ -91,7 +92,7 @@ def _check_options(config: TrainConfig, kind: type[BaseAlgorithm]) -> None:
     check_options(network, policy, "network")
 
 
-def _feature_mask(config: TrainConfig) -> dict[str, Any]:
+def _feature_mask(config: TrainConfig) -> JsonObject:
     """Return the policy options of the feature mask."""
     if not config.hidden:
         return {}
@@ -108,7 +109,7 @@ def _policy_of(config: TrainConfig) -> Any:
     return "MlpLstmPolicy" if config.algorithm == "recurrent_ppo" else "MlpPolicy"
 
 
-def _options(config: TrainConfig, envs: TrainingEnvs, allowed: Permissions) -> dict[str, Any]:
+def _options(config: TrainConfig, envs: TrainingEnvs, allowed: Permissions) -> JsonObject:
     """Return a file's options in the algorithm's format, with extra arguments of our own ones."""
     options = dict(config.options)
     if "action_noise" in options:  # its standard deviation; SB3 expects one value per action

@@ -8,12 +8,15 @@ actor-critic, Pinto et al., RSS 2018; time in the critic, Pardo et al., ICML 201
 
 from __future__ import annotations
 
-from typing import Any
+from typing import cast
 
 import numpy as np
+import numpy.typing as npt
 import torch
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.torch_layers import MlpExtractor
+
+from hazbot_gym.policies.guard import Observations
 
 
 class TimedCriticPolicy(ActorCriticPolicy):
@@ -24,18 +27,31 @@ class TimedCriticPolicy(ActorCriticPolicy):
             self.features_dim, self.net_arch, self.activation_fn, self.device
         )
 
-    def predict(self, observation: Any, *arguments: Any, **options: Any) -> Any:
+    def predict(
+        self,
+        observation: npt.NDArray[np.generic] | dict[str, npt.NDArray[np.generic]],
+        state: tuple[npt.NDArray[np.generic], ...] | None = None,
+        episode_start: npt.NDArray[np.generic] | None = None,
+        deterministic: bool = False,
+    ) -> tuple[npt.NDArray[np.generic], tuple[npt.NDArray[np.generic], ...] | None]:
         """Return the action; the last entry of observations is optional."""
         assert self.observation_space.shape is not None
-        if np.shape(observation)[-1] == self.observation_space.shape[0] - 1:
-            observation = np.insert(observation, np.shape(observation)[-1], 0.0, axis=-1)
-        return super().predict(observation, *arguments, **options)
+        seen = cast(Observations, observation)
+        if np.shape(seen)[-1] == self.observation_space.shape[0] - 1:
+            observation = np.insert(seen, np.shape(seen)[-1], 0.0, axis=-1)
+        return super().predict(observation, state, episode_start, deterministic)
 
 
 class _Networks(MlpExtractor):
     """The hidden layers of both; the actor's ignore the last feature."""
 
-    def __init__(self, width: int, net_arch: Any, activation: Any, device: Any) -> None:
+    def __init__(
+        self,
+        width: int,
+        net_arch: list[int] | dict[str, list[int]],
+        activation: type[torch.nn.Module],
+        device: torch.device | str,
+    ) -> None:
         super().__init__(width, net_arch, activation, device)
         self.policy_net = MlpExtractor(width - 1, net_arch, activation, device).policy_net
 

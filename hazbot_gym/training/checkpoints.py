@@ -15,13 +15,13 @@ import hashlib
 import io
 import pickle
 from pathlib import Path
-from typing import Any
 
 import torch
 from rich.console import Console
 from stable_baselines3.common.base_class import BaseAlgorithm
 
 from hazbot_gym.utils.files import sweep, write_bytes
+from hazbot_gym.utils.json_object import JsonObject
 
 KEPT = 2
 COUNTERS = (
@@ -33,7 +33,7 @@ COUNTERS = (
     "exploration_rate",
 )
 BUFFER = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
-State = dict[str, Any]
+State = JsonObject
 
 
 def save(folder: Path, model: BaseAlgorithm, progress: State) -> None:

@@ -23,6 +23,7 @@ from hazbot_gym.evaluation import rollout
 from hazbot_gym.evaluation.field_types import Engine, Names, SomeNames, Steps
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.task.observation import LAYOUTS, Layout
+from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.yaml_loader import read_yaml
 
 Algorithm = Literal["ppo", "sac", "td3", "tqc", "dqn", "recurrent_ppo", "bc", "dagger"]
@@ -88,7 +89,7 @@ class TrainConfig(Section):
     lagrangian: Lagrangian | None = None  # cost constraint; only for ppo
     learning_rate: Annotated[float, Gt(0)] = 1e-3  # of bc and dagger ``imitation.learning_rate``
     final_learning_rate: Annotated[float, Ge(0)] = 0.0  # reached linearly
-    options: dict[str, Any] = Field(default_factory=dict)
+    options: JsonObject = Field(default_factory=dict)
     network: dict[str, object] = Field(default_factory=dict)
     validation: Validation = Validation()
 

@@ -20,7 +20,8 @@ import torch
 from gymnasium import spaces
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
-from stable_baselines3.common.policies import ActorCriticPolicy
+from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
+from stable_baselines3.common.type_aliases import MaybeCallback
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation import rollout
@@ -34,13 +35,13 @@ from hazbot_gym.training.vec_envs import TrainingEnvs
 class DAgger(BaseAlgorithm):
     """DAgger: supervised learning of the teacher's actions on the student's own states."""
 
-    policy_aliases: ClassVar[Any] = {"MlpPolicy": ActorCriticPolicy}
+    policy_aliases: ClassVar[dict[str, type[BasePolicy]]] = {"MlpPolicy": ActorCriticPolicy}
     remembered = ("observations", "actions")
     policy: ActorCriticPolicy
 
     def __init__(
         self,
-        policy: Any,
+        policy: str | type[ActorCriticPolicy],
         env: TrainingEnvs,
         *,
         teacher: Policy,
@@ -80,7 +81,7 @@ class DAgger(BaseAlgorithm):
     def learn(
         self,
         total_timesteps: int,
-        callback: Any = None,
+        callback: MaybeCallback = None,
         log_interval: int | None = None,
         tb_log_name: str = "DAgger",
         reset_num_timesteps: bool = True,
@@ -145,5 +146,7 @@ class DAgger(BaseAlgorithm):
 class BC(DAgger):
     """Behaviour cloning: the teacher drives in every round."""
 
-    def __init__(self, policy: object, env: TrainingEnvs, **options: Any) -> None:
+    def __init__(
+        self, policy: str | type[ActorCriticPolicy], env: TrainingEnvs, **options: Any
+    ) -> None:
         super().__init__(policy, env, beta=1.0, **options)

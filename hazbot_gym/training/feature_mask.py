@@ -7,8 +7,10 @@ weights of the first layer. The base of a residual policy is not masked.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
+import gymnasium
+import numpy as np
+import numpy.typing as npt
 import torch
 from stable_baselines3.common.torch_layers import FlattenExtractor
 
@@ -16,7 +18,9 @@ from stable_baselines3.common.torch_layers import FlattenExtractor
 class FeatureMask(FlattenExtractor):
     """Feature mask: sets entries to 0, as an algorithm's ``features_extractor_class``."""
 
-    def __init__(self, observation_space: Any, hidden: Sequence[int]) -> None:
+    def __init__(
+        self, observation_space: gymnasium.Space[npt.NDArray[np.float32]], hidden: Sequence[int]
+    ) -> None:
         """Mask some entries.
 
         Args:

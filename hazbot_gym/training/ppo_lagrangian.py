@@ -19,14 +19,18 @@ gives a cost of d.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
-import numpy.typing as npt
 from stable_baselines3 import PPO
-from stable_baselines3.common.vec_env import VecEnvWrapper
+from stable_baselines3.common.buffers import RolloutBuffer
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.policies import ActorCriticPolicy
+from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
 from hazbot_gym.envs.arguments import Info
+from hazbot_gym.policies.guard import Flags
 from hazbot_gym.training.config import Lagrangian
 from hazbot_gym.training.vec_envs import TrainingEnvs
 
@@ -54,11 +58,11 @@ class PenalizedEnvs(VecEnvWrapper):
         super().__init__(envs)
         self.reward_scale, self.multiplier = envs.scale, multiplier
 
-    def reset(self) -> Any:
+    def reset(self) -> VecEnvObs:
         """Start new episodes everywhere."""
         return self.venv.reset()
 
-    def step_wait(self) -> tuple[Any, npt.NDArray[np.float32], Any, list[Info]]:
+    def step_wait(self) -> VecEnvStepReturn:
         """Take one decision in every world."""
         observations, rewards, dones, infos = self.venv.step_wait()
         costs = np.array([info["cost"] for info in infos], np.float32)
@@ -75,17 +79,28 @@ class PPOLagrangian(PPO):
     remembered = ("multiplier", "ended")
 
     def __init__(
-        self, policy: Any, env: TrainingEnvs, *, lagrangian: Lagrangian, **options: Any
+        self,
+        policy: str | type[ActorCriticPolicy],
+        env: TrainingEnvs,
+        *,
+        lagrangian: Lagrangian,
+        **options: Any,
     ) -> None:
         self.lagrangian = lagrangian
         self.multiplier = list(MultiplierState(lagrangian.start, lagrangian.start))  # checkpointed
         self.ended: list[float] = []  # costs of the episodes that ended since the last update
         super().__init__(policy, PenalizedEnvs(env, lagrangian.start), **options)
 
-    def collect_rollouts(self, env: Any, *arguments: Any, **options: Any) -> bool:
+    def collect_rollouts(
+        self,
+        env: VecEnv,
+        callback: BaseCallback,
+        rollout_buffer: RolloutBuffer,
+        n_rollout_steps: int,
+    ) -> bool:
         """Collect rollouts with the current multiplier."""
-        env.multiplier = self.multiplier[0]
-        return super().collect_rollouts(env, *arguments, **options)
+        cast(PenalizedEnvs, env).multiplier = self.multiplier[0]
+        return super().collect_rollouts(env, callback, rollout_buffer, n_rollout_steps)
 
     def train(self) -> None:
         """Update the multiplier if enough episodes have ended, then the policy."""
@@ -99,6 +114,6 @@ class PPOLagrangian(PPO):
         self.logger.record("lagrangian/multiplier", self.multiplier[0])
         super().train()
 
-    def _update_info_buffer(self, infos: list[Info], dones: Any = None) -> None:
+    def _update_info_buffer(self, infos: list[Info], dones: Flags | None = None) -> None:
         super()._update_info_buffer(infos, dones)
-        self.ended += [infos[i]["episode"]["cost"] for i in np.flatnonzero(dones)]
+        self.ended += [infos[i]["episode"]["cost"] for i in np.flatnonzero(cast(Flags, dones))]

@@ -7,8 +7,8 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 from stable_baselines3.common.vec_env import VecEnvWrapper
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvStepReturn
 
-from hazbot_gym.envs.arguments import Info
 from hazbot_gym.policies.guard import Observations
 from hazbot_gym.policies.residual import base_of, corrected
 from hazbot_gym.training.config import Residual
@@ -43,7 +43,7 @@ class ResidualEnvs(VecEnvWrapper):
         """Send the corrected actions."""
         self.venv.step_async(corrected(self._act(), actions, self.correction_scale))
 
-    def step_wait(self) -> tuple[Any, Any, Any, list[Info]]:
+    def step_wait(self) -> VecEnvStepReturn:
         """Take one decision in every world."""
         observations, rewards, self._starts, infos = self.venv.step_wait()
         self._seen = cast(Observations, observations)

@@ -26,6 +26,7 @@ import numpy as np
 from rich.console import Console
 
 from hazbot_gym.errors import InvalidInput, MissingExtra
+from hazbot_gym.utils.json_object import JsonObject
 
 try:
     import sb3_contrib as _contrib  # noqa: F401  (a part of the extra)
@@ -181,7 +182,7 @@ class Stretches(BaseCallback):
         self.residual = config.residual.model_dump() if config.residual else None
         self.begun, self.is_running = 0, False
         self.seconds = 0.0  # training time without validations
-        self.validations: list[dict[str, Any]] = []
+        self.validations: list[JsonObject] = []
 
     def resume(self, model: BaseAlgorithm) -> None:
         """Restore a new model from its run's last checkpoint."""
@@ -209,7 +210,7 @@ class Stretches(BaseCallback):
         self._keep(model, best)
         self.console.print(f"{POLICY} was missing or damaged and is written again")
 
-    def best(self) -> dict[str, Any]:
+    def best(self) -> JsonObject:
         """Return the validation of the best model."""
         limit = self.config.lagrangian.limit if self.config.lagrangian else None
         return max(self.validations, key=lambda found: merit(found, limit))
@@ -262,7 +263,7 @@ class Stretches(BaseCallback):
         }
         checkpoints.save(self.out / CHECKPOINTS, self.model, progress)
 
-    def _keep(self, model: BaseAlgorithm, found: dict[str, Any]) -> None:
+    def _keep(self, model: BaseAlgorithm, found: JsonObject) -> None:
         """Export the model as the best so far."""
         export_model(
             model,

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from hazbot_gym.core.ssm import SsmThresholds
 from hazbot_gym.evaluation import batch_rollout, rollout
 from hazbot_gym.evaluation.metrics import means, measure
+from hazbot_gym.policies.base import Policy
 from hazbot_gym.training.config import TrainConfig, shares
+from hazbot_gym.utils.json_object import JsonObject
 
 ROOT = 0  # root of the seeds: all runs share the validation scenarios
 
 
-def validate(policy: Any, config: TrainConfig) -> dict[str, float | None]:
+def validate(policy: Policy, config: TrainConfig) -> dict[str, float | None]:
     """Return the mean of each headline metric, and of the cost, over a run's validation scenarios.
 
     The name of a scenario set enters its seeds, and no set of a study has these names.
@@ -33,7 +33,7 @@ def validate(policy: Any, config: TrainConfig) -> dict[str, float | None]:
     return {**means(rows), "cost": float(np.mean([row["cost"] for row in rows]))}
 
 
-def merit(found: dict[str, Any], limit: float | None) -> tuple[float, float]:
+def merit(found: JsonObject, limit: float | None) -> tuple[float, float]:
     """Return the selection key of a validation: constraint satisfaction first, then return.
 
     Args:

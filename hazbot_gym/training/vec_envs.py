@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import torch
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
 from hazbot_gym.config import Config
 from hazbot_gym.core.state import Floats
@@ -81,7 +82,9 @@ class TrainingEnvs(VecEnv):
         for part, own in zip(self.parts, self.slices, strict=True):
             part.step_async(actions[own])
 
-    def step_wait(self) -> tuple[npt.NDArray[np.float32], Any, Any, list[Info]]:
+    def step_wait(
+        self,
+    ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], npt.NDArray[np.bool_], list[Info]]:
         """Take one decision in every world."""
         potential = self._potential()
         steps = [part.step_wait() for part in self.parts]
@@ -141,7 +144,7 @@ class TrainingEnvs(VecEnv):
         for part in self.parts:
             part.close()
 
-    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """Return an attribute of some worlds."""
         found = [value for part in self.parts for value in part.get_attr(attr_name)]
         return [found[i] for i in self._get_indices(indices)]
@@ -156,7 +159,7 @@ class TrainingEnvs(VecEnv):
         """Not supported: batched worlds have no individual methods."""
         raise InvalidInput(f"env_method: given {method_name!r}, worlds are not called one by one")
 
-    def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
+    def env_is_wrapped(self, wrapper_class: type, indices: VecEnvIndices = None) -> list[bool]:
         """Return False for every world."""
         return [False for _ in self._get_indices(indices)]
 

@@ -13,10 +13,10 @@ import secrets
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.utils.checksum import BLANK, is_whole, seal
+from hazbot_gym.utils.json_object import JsonObject
 
 try:
     import fcntl
@@ -99,7 +99,7 @@ def write_json(path: Path, content: Mapping[str, object], *, is_sorted: bool = T
     write_bytes(path, seal(f"{text}\n".encode(errors="backslashreplace")))
 
 
-def read_json(path: Path) -> dict[str, Any]:
+def read_json(path: Path) -> JsonObject:
     """Read and verify a JSON record.
 
     Raises:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -32,6 +32,7 @@ from hazbot_gym.policies.guard import Actions, Observations
 from hazbot_gym.policies.knobs import sweep
 from hazbot_gym.task.scenario import Source
 from hazbot_gym.utils import processors
+from hazbot_gym.utils.json_object import JsonObject
 
 QUIET_DRIVE = {"wheel_loop": "ideal", "wheel_noise_radps": 0.0, "heading_noise_rad": 0.0}
 CONSTANT, EXPERT = "constant", "fuzzy_expert"
@@ -125,7 +126,7 @@ def play(config: Config, spec: str, episodes: int) -> tuple[Played, list[int]]:
     return Played(spec, returns, arrived), [int(labels["scenario_key"]) for _, labels in runs]
 
 
-def _people(preset: dict[str, Any]) -> dict[str, Any]:
+def _people(preset: JsonObject) -> JsonObject:
     people: dict[str, object] = preset.get("people", {})
     return people
 
@@ -136,7 +137,7 @@ def _place(name: str, episodes: int, on_progress: Callable[[], None]) -> dict[st
     _, keys = play(config, best[CONSTANT].spec, episodes)
     top = float(best_returns(config, keys, on_progress).mean())
     low = float(best[CONSTANT].returns.mean())
-    rows: dict[str, dict[str, Any]] = {
+    rows: dict[str, JsonObject] = {
         family: {
             "policy": played.spec,
             "return": float(played.returns.mean()),

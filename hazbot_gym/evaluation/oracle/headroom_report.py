@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from string import Template
-from typing import Any
 
+from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.terminal import FittedTable
 from hazbot_gym.utils.text_tables import Rows, console_table, markdown_table, shown
 
-Record = dict[str, Any]
+Record = JsonObject
 
 TITLES = ("environment", "best constant", "optimum", "family", "return", "arrived", "in the span")
 SPARE = ("best constant", "optimum", "arrived", "return")  # of a narrow terminal

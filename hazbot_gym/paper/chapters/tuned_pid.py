@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from hazbot_gym.core.pid import PLANTS
 from hazbot_gym.paper import tuned_pid
@@ -10,6 +10,7 @@ from hazbot_gym.paper.chapter import Chapter, Picture, Table
 from hazbot_gym.paper.circle import FIGURE_NAMES, Figures
 from hazbot_gym.paper.figures import fuzzy_pid as figures
 from hazbot_gym.paper.tuned_pid import BASE, SPAN, Grid, Tuned, Wins
+from hazbot_gym.utils.json_object import JsonObject
 
 PAIRS = (
     ("fuzzy-PID", "PID"),
@@ -54,7 +55,7 @@ def chapter(quick: bool) -> Chapter:
 
 
 def _run(generations: int, every: int) -> Found:
-    search: dict[str, Any] = {"generations": generations, "seed": 0}
+    search: JsonObject = {"generations": generations, "seed": 0}
     tuned = {
         "tuned PID": tuned_pid.tune(tuned_pid.pid_of, 3, **search),
         "tuned fuzzy-PID": tuned_pid.tune(tuned_pid.fuzzy_pid_of, 6, **search),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from hazbot_gym.core.fuzzy_pid import FuzzyPid, rule_tables
@@ -42,20 +43,20 @@ def diagram(boxes: list[Box], arrows: list[Arrow], *, width: float, height: floa
     return svg(figure)
 
 
-def _draw_box(axis: Any, box: Box) -> None:
+def _draw_box(axis: Axes, box: Box) -> None:
     corner = (box.x - 0.5 * box.width, box.y - 0.5 * box.height)
     axis.add_patch(
         Rectangle(corner, box.width, box.height, facecolor="#ffffff", edgecolor=INK, zorder=2)
     )
     lift = 0.14 if box.code else 0.0
-    style = {"ha": "center", "va": "center", "zorder": 3}
+    style: Any = {"ha": "center", "va": "center", "zorder": 3}
     axis.text(box.x, box.y + lift, box.text, fontsize=7.5, color=INK, **style)
     if box.code:
         low = box.y - 0.5 * box.height + 0.16
         axis.text(box.x, low, box.code, fontsize=6.0, color=BLUE, family="monospace", **style)
 
 
-def _draw_arrow(axis: Any, arrow: Arrow) -> None:
+def _draw_arrow(axis: Axes, arrow: Arrow) -> None:
     *before, last = arrow.points
     xs, ys = zip(*arrow.points, strict=True)
     axis.plot(xs[:-1], ys[:-1], color=SOFT, linewidth=1.0, zorder=1)

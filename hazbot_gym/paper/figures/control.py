@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from hazbot_gym.paper.latency import EXTRA_S, Delayed
 from hazbot_gym.paper.sensing import HEADING_RAD, TABLE_2, WALL_M, WHEEL_MPS, Readings
 from hazbot_gym.policies.fuzzy_expert import AVOIDANCE_M, SENSITIVE_M
 from hazbot_gym.task.places import CIRCLE_RADIUS_M
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 def readings(found: Readings, half_widths: tuple[float, float, float]) -> str:
@@ -60,7 +63,7 @@ def delays(found: dict[str, Delayed]) -> str:
     return svg(figure)
 
 
-def _band(axis: Any, curves: list[Floats], time_s: Floats) -> None:
+def _band(axis: Axes, curves: list[Floats], time_s: Floats) -> None:
     """Shade the range of curves over all noise seeds, up to the shortest."""
     shared = min(len(curve) for curve in (*curves, time_s))
     stacked = np.array([curve[:shared] for curve in curves])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from hazbot_gym.paper.figures.style import (
 )
 from hazbot_gym.paper.meetings import Events, Meeting
 from hazbot_gym.policies.fuzzy_expert import AVOIDANCE_M, SENSITIVE_M
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 SHOWN_S = 18.0
 MARKED_S = 1.0  # between two markers of a path, as in the paper
@@ -63,15 +66,15 @@ def _what(is_measured: bool) -> str:
     return "robot's speed" if is_measured else "commanded speed"
 
 
-def _step(axis: Any, run: Meeting, is_measured: bool, **look: object) -> None:
+def _step(axis: Axes, run: Meeting, is_measured: bool, **look: Any) -> None:
     shown = run.time_s <= SHOWN_S
     values = run.speed_mps if is_measured else run.command_mps
-    draw = axis.plot if is_measured else axis.step
+    draw: Any = axis.plot if is_measured else axis.step
     style = {} if is_measured else {"where": "post"}
     draw(rounded(run.time_s[shown], 2), rounded(values[shown], 3), **style, **look)
 
 
-def _mark_ours(axis: Any, found: Events) -> None:
+def _mark_ours(axis: Axes, found: Events) -> None:
     for time_s, share in ((found.decelerates_s, 0.98), (found.stops_s, 0.05)):
         if np.isfinite(time_s):
             axis.plot(time_s, 0.5 * share, "o", color=BLUE, fillstyle="none")
@@ -81,7 +84,7 @@ def _mark_ours(axis: Any, found: Events) -> None:
             )  # fmt: skip
 
 
-def _from_above(axis: Any, run: Meeting, found: Events) -> None:
+def _from_above(axis: Axes, run: Meeting, found: Events) -> None:
     shown = run.time_s <= SHOWN_S
     axis.plot(rounded(run.x[shown], 3), rounded(run.y[shown], 3), color=BLUE, linewidth=0.8)
     axis.plot(rounded(run.human_x[shown], 3), rounded(run.human_y[shown], 3), color=RED,

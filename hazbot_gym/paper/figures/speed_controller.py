@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from hazbot_gym.policies.fuzzy_expert import (
     SPEED_TERMS,
     FuzzyExpert,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 def memberships() -> str:
@@ -55,7 +58,7 @@ def memberships() -> str:
     return svg(figure)
 
 
-def _name(axis: Any, name: str, x: float, color: str) -> None:
+def _name(axis: Axes, name: str, x: float, color: str) -> None:
     axis.text(x, 1.06, name, ha="center", color=color, fontsize=8)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,9 @@ try:
     from matplotlib.figure import Figure
 except ImportError as error:
     raise MissingExtra(error.name or "matplotlib", "study") from error
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 INK, SOFT, GRID = "#1c2127", "#5c6670", "#e4e7ea"
 BLUE, RED, GREEN, PURPLE, OCHRE = "#0067a5", "#b83a00", "#00785a", "#8a3c8f", "#856200"
@@ -44,7 +47,7 @@ def new(height_in: float = 3.0, rows: int = 1, columns: int = 1, **options: Any)
         return figure, figure.subplots(rows, columns, **options)
 
 
-def mark_event(axes: Any, time_s: float, text: str, *, height: float = 1.0) -> None:
+def mark_event(axes: Axes, time_s: float, text: str, *, height: float = 1.0) -> None:
     """Mark an event that the paper reports: a dashed line over the whole height, and its name.
 
     Args:
@@ -58,12 +61,12 @@ def mark_event(axes: Any, time_s: float, text: str, *, height: float = 1.0) -> N
     axes.text(time_s, height, f" {text}", transform=place, va="top", fontsize=8, color=INK)
 
 
-def legend(axes: Any, **options: object) -> None:
+def legend(axes: Axes, **options: Any) -> None:
     """Add a legend without a frame."""
     axes.legend(frameon=False, **{"fontsize": 8, **options})
 
 
-def svg(figure: Any) -> str:
+def svg(figure: Figure) -> str:
     """Return a figure as the text of an ``<svg>`` element."""
     buffer = io.StringIO()
     with mpl.rc_context(SETTINGS):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from hazbot_gym.evaluation.statistics.pareto import AXES, dominated
 from hazbot_gym.study.report.packing import packed_text
 from hazbot_gym.study.report.replays import Drive, Replay
 from hazbot_gym.study.report.style import GREYS, Style, styles
+from hazbot_gym.utils.json_object import JsonObject
 
 try:
     import plotly.graph_objects as go
@@ -49,7 +50,7 @@ PAPER_EVENTS = {
 }
 
 Styles = Mapping[str, Style]
-Figure = dict[str, Any]  # data and layout, as plain values
+Figure = JsonObject  # data and layout, as plain values
 Point = dict[str, tuple[float, ...]]  # mean, low and high, each on both axes
 
 
@@ -59,7 +60,7 @@ def library() -> str:
     return packed_text(get_plotlyjs())
 
 
-def front(block: Mapping[str, Any], looks: Styles) -> Figure:
+def front(block: JsonObject, looks: Styles) -> Figure:
     """Plot kinetic intrusion over time ratio with intervals; a line joins swept policies.
 
     Args:
@@ -99,7 +100,7 @@ def front(block: Mapping[str, Any], looks: Styles) -> Figure:
     return _finish(figure)
 
 
-def families(block: Mapping[str, Any]) -> Figure:
+def families(block: JsonObject) -> Figure:
     """Plot every point of each family; a line joins the family's Pareto front.
 
     Args:
@@ -204,7 +205,7 @@ def clearances(rows: pd.DataFrame, looks: Styles) -> Figure:
     return _finish(figure)
 
 
-def _point(metrics: Mapping[str, Any]) -> Point | None:
+def _point(metrics: JsonObject) -> Point | None:
     """Return mean, low and high on both axes, None for an unknown mean."""
     means = tuple(metrics[axis]["mean"] for axis in AXES)
     if None in means:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
 
 from hazbot_gym.study.report.tables import Cell, Line, Table
+from hazbot_gym.utils.json_object import JsonObject
 
 Estimate = Mapping[str, float | None]
 
@@ -32,7 +32,7 @@ ELSEWHERE = (
 )
 
 
-def regret_table(block: Mapping[str, Any], names: Sequence[str]) -> Table:
+def regret_table(block: JsonObject, names: Sequence[str]) -> Table:
     """Return the regret of each policy relative to the oracle, one row per policy."""
     head = [title for _, title, _, _ in REGRETS]
     lines = [
@@ -48,7 +48,7 @@ def regret_table(block: Mapping[str, Any], names: Sequence[str]) -> Table:
     return Table(head, lines)
 
 
-def family_table(block: Mapping[str, Any]) -> Table:
+def family_table(block: JsonObject) -> Table:
     """Return each family's hypervolume and its difference from the first family's."""
     head = ["hypervolume", "more than the first", "points", "of them on its front"]
     lines = [
@@ -66,7 +66,7 @@ def family_table(block: Mapping[str, Any]) -> Table:
     return Table(head, lines)
 
 
-def tail_table(block: Mapping[str, Any], names: Iterable[str]) -> Table:
+def tail_table(block: JsonObject, names: Iterable[str]) -> Table:
     """Return the mean of the worst 5 % of each policy's episodes, one row per policy."""
     return Table(
         [title for _, title in TAILS],
@@ -77,7 +77,7 @@ def tail_table(block: Mapping[str, Any], names: Iterable[str]) -> Table:
     )
 
 
-def elsewhere_tables(blocks: Mapping[str, Any], names: Sequence[str]) -> dict[str, Table]:
+def elsewhere_tables(blocks: JsonObject, names: Sequence[str]) -> dict[str, Table]:
     """Return one table per metric: one row per group of sets, one column per policy."""
     return {
         title: Table(

@@ -10,7 +10,7 @@ import itertools
 from collections.abc import Iterator, Mapping
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from hazbot_gym.envs.registration import ENVIRONMENTS
 from hazbot_gym.errors import InvalidInput, MissingExtra
@@ -27,6 +27,7 @@ from hazbot_gym.study.report.style import DASHES, MARKS, Style, styles
 from hazbot_gym.study.summary import Summary
 from hazbot_gym.utils import files
 from hazbot_gym.utils.files import LONGEST
+from hazbot_gym.utils.json_object import JsonObject
 
 try:
     import jinja2
@@ -170,7 +171,7 @@ def make_page(study: Study) -> str:
     )
 
 
-def make_tables(study: Study, blocks: Mapping[str, Any]) -> dict[str, Any]:
+def make_tables(study: Study, blocks: JsonObject) -> JsonObject:
     """Return every table of the page by its name in the template."""
     config, first = study.config, headline(study.summary).policies
     pooled = {name: block for name, block in blocks.items() if name in groups(set_names(study))}
@@ -209,7 +210,7 @@ def rows_of(study: Study, name: str) -> pd.DataFrame:
     return study.rows[study.rows["scenario_set"].isin(sets)]
 
 
-def all_blocks(study: Study) -> dict[str, Any]:
+def all_blocks(study: Study) -> JsonObject:
     """Return the results of aggregates and single sets, most important first."""
     found = study.summary["sets"]
     first = headline(study.summary).name
@@ -219,9 +220,9 @@ def all_blocks(study: Study) -> dict[str, Any]:
 
 def make_plots(
     study: Study,
-    blocks: Mapping[str, Any],
+    blocks: JsonObject,
     looks: Mapping[str, Style],
-) -> dict[str, dict[str, object]]:
+) -> dict[str, JsonObject]:
     """Return every plot of the page, one figure per choice of its selector."""
     replays = study.replays.chosen
     paper = {
@@ -245,7 +246,7 @@ def make_plots(
     )
 
 
-def _optional_plots(study: Study, looks: Mapping[str, Style]) -> dict[str, dict[str, Any]]:
+def _optional_plots(study: Study, looks: Mapping[str, Style]) -> dict[str, JsonObject]:
     """Return the plots of fronts and oracle, if the study has them."""
     plots = {}
     if study.config.fronts is not None:
@@ -260,7 +261,7 @@ def _optional_plots(study: Study, looks: Mapping[str, Style]) -> dict[str, dict[
     return plots
 
 
-def fronts_of(study: Study) -> dict[str, Any]:
+def fronts_of(study: Study) -> JsonObject:
     """Return the families' fronts, pooled and per set, in the study's order of families."""
     if study.config.fronts is None:
         return {}
@@ -270,7 +271,7 @@ def fronts_of(study: Study) -> dict[str, Any]:
     }
 
 
-def _in_order(study: Study, part: str) -> dict[str, Any]:
+def _in_order(study: Study, part: str) -> JsonObject:
     """Return a part of the summary with aggregates first."""
     found, names = study.summary.get(part, {}), set_names(study)
     pooled = [name for name in found if name not in names]

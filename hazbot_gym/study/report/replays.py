@@ -6,13 +6,14 @@ neither environment nor policy.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from hazbot_gym.core.state import Floats
 from hazbot_gym.evaluation.episode import PERSON_COLUMNS, Episode, stack_people
+from hazbot_gym.utils.json_object import JsonObject
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -137,7 +138,7 @@ def _columns(drive: Drive) -> dict[str, object]:
     }
 
 
-def _replay(rows: list[dict[str, Any]]) -> Replay:
+def _replay(rows: list[JsonObject]) -> Replay:
     drives = {row["policy"]: _drive(row) for row in rows}
     return Replay(
         number=int(rows[0]["episode"]),
@@ -149,7 +150,7 @@ def _replay(rows: list[dict[str, Any]]) -> Replay:
     )
 
 
-def _drive(row: Mapping[str, Any]) -> Drive:
+def _drive(row: JsonObject) -> Drive:
     time_s = np.asarray(row["time_s"], float)
     people = _shaped(row["people"], len(PERSON_COLUMNS))
     _, stacked = stack_people(row["instants"], row["persons"], people, len(time_s))

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from hazbot_gym.evaluation.statistics.pareto import AXES, dominated
 from hazbot_gym.study.summary import COMPARED
 from hazbot_gym.study.terminal_tables import COLUMNS, Column
+from hazbot_gym.utils.json_object import JsonObject
 
 # Terminal columns in the first table; the other two are in the full tables.
 HEADLINE = (
@@ -53,7 +54,7 @@ class Table(NamedTuple):
     lines: list[Line]
 
 
-def headline(block: Mapping[str, Any], policies: tuple[str, ...]) -> Table:
+def headline(block: JsonObject, policies: tuple[str, ...]) -> Table:
     """Return the table of headline metrics, one row per policy."""
     columns = _columns(HEADLINE)
     best = {column.metric: _best(block, column) for column in columns}
@@ -74,7 +75,7 @@ def headline(block: Mapping[str, Any], policies: tuple[str, ...]) -> Table:
     return Table([_title(column) for column in columns], lines)
 
 
-def all_metrics(block: Mapping[str, Any], policies: tuple[str, ...]) -> Table:
+def all_metrics(block: JsonObject, policies: tuple[str, ...]) -> Table:
     """Return the table of all metrics, one row per metric."""
     names = list(block[policies[0]]["metrics"])
     known = {column.metric: column for column in COLUMNS}
@@ -89,7 +90,7 @@ def all_metrics(block: Mapping[str, Any], policies: tuple[str, ...]) -> Table:
     return Table(list(policies), lines)
 
 
-def differences(block: Mapping[str, Any], policies: tuple[str, ...], reference: str) -> Table:
+def differences(block: JsonObject, policies: tuple[str, ...], reference: str) -> Table:
     """Return the table of paired differences from the reference policy, on the same scenarios."""
     columns = _columns(COMPARED)
     lines = [
@@ -103,7 +104,7 @@ def differences(block: Mapping[str, Any], policies: tuple[str, ...], reference: 
     return Table([_title(column) for column in columns], lines)
 
 
-def standing(block: Mapping[str, Any]) -> Standing:
+def standing(block: JsonObject) -> Standing:
     """Return the Pareto-optimal policies of a set, and the dominating policies of the others.
 
     Both are empty if no policy has an interval, as in a set of a single scenario.
@@ -115,7 +116,7 @@ def standing(block: Mapping[str, Any]) -> Standing:
     )
 
 
-def _has_intervals(block: Mapping[str, Any]) -> bool:
+def _has_intervals(block: JsonObject) -> bool:
     return any(each["metrics"][axis]["low"] is not None for each in block.values() for axis in AXES)
 
 
@@ -138,7 +139,7 @@ def _digits(column: Column) -> int:
     return column.digits + column.finer
 
 
-def _best(block: Mapping[str, Any], column: Column) -> set[str]:
+def _best(block: JsonObject, column: Column) -> set[str]:
     """Return the policies with the best mean at the displayed precision."""
     sign = -1.0 if column.metric in MORE_IS_BETTER else 1.0
     means = {policy: result["metrics"][column.metric]["mean"] for policy, result in block.items()}

@@ -12,7 +12,6 @@ from __future__ import annotations
 import json
 from array import array
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from hazbot_gym.task.track_formats.table import (
     UnknownFormat,
     sorted_sightings,
 )
+from hazbot_gym.utils.json_object import JsonObject
 
 _KEYS = ("p", "f", "x", "y")
 
@@ -77,7 +77,7 @@ def _row(name: str, number: int, line: bytes) -> dict[str, dict[str, object]]:
     raise UnknownFormat(name, f"line {number} is neither a scene nor a track of TrajNet++")
 
 
-def _numbers(name: str, number: int, track: dict[str, Any]) -> list[float]:
+def _numbers(name: str, number: int, track: JsonObject) -> list[float]:
     values = [track.get(key) for key in _KEYS]
     for key, value in zip(_KEYS, values, strict=True):
         if isinstance(value, bool) or not isinstance(value, int | float):
