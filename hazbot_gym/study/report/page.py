@@ -21,7 +21,7 @@ from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.costs import Training
 from hazbot_gym.study.headline import groups, headline, pooled_sets, scenarios_of
 from hazbot_gym.study.report import figures, maps, oracle_tables, player, tables
-from hazbot_gym.study.report.packing import packed_json
+from hazbot_gym.study.report.packing import packed_json, packed_text
 from hazbot_gym.study.report.replays import Replays, from_rows
 from hazbot_gym.study.report.style import DASHES, MARKS, Style, styles
 from hazbot_gym.study.summary import Summary
@@ -316,6 +316,7 @@ def _environment() -> jinja2.Environment:
     )
     environment.policies["json.dumps_kwargs"] = {"allow_nan": False, "separators": (",", ":")}
     environment.globals |= {
+        "packed": packed_text,
         "plotly": figures.library,
         "dashes": DASHES,
         "marks": MARKS,

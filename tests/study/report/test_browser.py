@@ -12,7 +12,10 @@ from hazbot_gym.study.report import maps
 from hazbot_gym.study.report import page as report
 
 HELPERS = """
-const ready = async () => { while (!document.documentElement.dataset.plots) await wait(20); };
+const ready = async () => {
+  const { dataset } = document.documentElement;
+  while (!dataset.plots || !dataset.tables) await wait(20);
+};
 const wait = (ms) => new Promise((done) => setTimeout(done, ms));
 const player = document.getElementById("player");
 const play = document.getElementById("play");

@@ -1,6 +1,10 @@
 "use strict";
-// Sorts a table by a column when its title is clicked, and saves tables as CSV.
-(() => {
+// Unpacks the long tables, sorts a table by a column when its title is clicked, saves tables as CSV.
+(async () => {
+  if (!("DecompressionStream" in window)) return;
+  const all = document.getElementById("tables");
+  all.insertAdjacentHTML("beforeend", await inflate("table-data"));
+
   const value = (row, column) => row.cells[column].firstChild?.textContent.trim() ?? "";
 
   function sort(table, column, title) {
@@ -47,4 +51,5 @@
     });
     table.parentElement.after(save);
   }
+  document.documentElement.dataset.tables = "ready";
 })();
