@@ -62,7 +62,7 @@ def _terminate(*_: object) -> None:
 class _OneLineErrors(typer.core.TyperGroup):
     """Commands whose foreseen errors are one line on stderr, with exit code 2."""
 
-    def make_context(self, info_name: Any, args: list[str], *more: Any, **extra: Any) -> Any:
+    def make_context(self, info_name: str | None, args: list[str], *more: Any, **extra: Any) -> Any:
         """Parse what stands before the command; without arguments the help is shown."""
         with _one_line_errors() if args else contextlib.nullcontext():
             for given, before in zip(args, ("", *args), strict=False):
@@ -71,7 +71,7 @@ class _OneLineErrors(typer.core.TyperGroup):
                     raise InvalidInput(f"{name.strip('-=')} is empty, allowed is some text")
             return super().make_context(info_name, args, *more, **extra)
 
-    def invoke(self, ctx: typer.Context) -> object:  # type: ignore[override]
+    def invoke(self, ctx: typer.Context) -> object:  # type: ignore[override]  # typer hides click's types
         try:
             with _one_line_errors():
                 return super().invoke(ctx)

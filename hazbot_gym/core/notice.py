@@ -41,4 +41,4 @@ NOTICE = Notice()  # of this process; silent if the parent printed the line
 
 def install() -> None:
     """Install the listener."""
-    event.register("numba:compile", NOTICE)  # type: ignore[no-untyped-call]
+    event.register("numba:compile", NOTICE)  # type: ignore[no-untyped-call]  # numba's own

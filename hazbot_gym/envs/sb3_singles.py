@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
@@ -69,7 +69,7 @@ class Singles:
         """Forward a step to the monitors, which add ``episode`` to the infos of ended episodes."""
         told = zip(rewards.tolist(), terminated.tolist(), truncated.tolist(), infos, strict=True)
         for monitor, step in zip(self.monitors, told, strict=False):
-            monitor.env.told = (None, *step)  # type: ignore[attr-defined]
+            cast(_Told, monitor.env).told = (None, *step)
             monitor.step(None)
             if monitor.needs_reset:
                 monitor.reset()
@@ -109,7 +109,7 @@ def _layers(env: Environment) -> list[Environment]:
 
 
 def _config_of(env: Environment) -> Config:
-    config: Config = env.unwrapped.config  # type: ignore[attr-defined]
+    config = cast(CorridorEnv, env.unwrapped).config
     limit = env.spec.max_episode_steps if env.spec else None
     steps = min(limit or np.inf, config.max_episode_steps)
     return make_config(config, max_episode_steps=int(steps))

@@ -195,7 +195,8 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         self._seed(seeds_of(seed, self.num_envs), mask)
         if seed is not None:  # only for the attribute
             is_root = isinstance(seed, int | np.integer) and mask.all()
-            self._np_random_seed = int(seed) if is_root else tuple(self._seeds)  # type: ignore[arg-type, assignment]
+            told = int(cast(int, seed)) if is_root else tuple(self._seeds)
+            self._np_random_seed = cast(int, told)  # Gymnasium knows no seeds of several worlds
         self._refill(mask & (self._episodes.used >= KEYS_AHEAD))
         for i in np.flatnonzero(mask):
             if (key := keys[i]) is not None:  # instead of the drawn key, as in CorridorEnv
@@ -263,10 +264,11 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         """Return the travel time of each world's path without people (N,) [s]."""
         return self._free_times_of(self._worlds.places)
 
-    def close_extras(self, **kwargs: Any) -> None:
+    def close_extras(self, **kwargs: object) -> None:
         """Stop the threads; idempotent."""
         self._threads.close()
 
+    # mypy knows no setter of an inherited property.
     @VectorEnv.np_random.setter  # type: ignore[attr-defined, untyped-decorator]
     def np_random(self, value: object) -> None:
         """Not supported: each world has its own generator, seeded by ``reset``."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterable, Mapping
-from typing import NamedTuple, get_args
+from typing import NamedTuple, cast, get_args
 
 import numpy as np
 
@@ -83,7 +83,9 @@ def evaluate(
     if engine not in get_args(Engine):
         raise InvalidInput(f"engine: given {engine!r}, allowed are {', '.join(get_args(Engine))}")
     allowed = Permissions(allow_pickle=allow_pickle, allow_code=True)
-    block = Block(policy, scenarios, 0, episodes, seed, engine=engine, allowed=allowed)  # type: ignore[arg-type]
+    block = Block(
+        policy, scenarios, 0, episodes, seed, engine=cast(Engine, engine), allowed=allowed
+    )
     try_out(scenarios, [policy], block.engine, allowed)
     return run_block(block, threads=processors.usable())
 
@@ -133,7 +135,7 @@ def try_out(
     for policy in made.values():
         action, _ = ask(policy, observation)
     env.step(playable(action, env.action_space))
-    return env.unwrapped.config  # type: ignore[attr-defined,no-any-return]
+    return cast(CorridorEnv, env.unwrapped).config
 
 
 def run_block(block: Block, threads: int = 1) -> list[Row]:
@@ -181,18 +183,19 @@ def run_episode(env: Environment, policy: Policy, seed: int) -> tuple[Episode, R
     whole_number(seed, "seed", 0)
     observation, start = env.reset(seed=int(seed))
     state, episode_start = None, np.array([True])
-    snapshots, steps = [env.unwrapped.snapshot()], []  # type: ignore[attr-defined]
+    corridor = cast(CorridorEnv, env.unwrapped)
+    snapshots, steps = [corridor.snapshot()], []
     done = False
     while not done:
         action, state = ask(policy, observation, state, episode_start)
         observation, reward, terminated, truncated, info = env.step(
             playable(action, env.action_space)
         )
-        snapshots.append(env.unwrapped.snapshot())  # type: ignore[attr-defined]
+        snapshots.append(corridor.snapshot())
         steps.append((float(reward), info))
         episode_start = np.array([False])
         done = terminated or truncated
-    labels = labels_of(env.unwrapped.source, start["scenario_key"])  # type: ignore[attr-defined]
+    labels = labels_of(corridor.source, start["scenario_key"])
     return _record(env, snapshots, steps, start), {**labels}
 
 
@@ -242,11 +245,12 @@ def _record(
     start: Info,
 ) -> Episode:
     """Convert the recorded instants to arrays; ``start`` is the info of the reset."""
-    config = env.unwrapped.config  # type: ignore[attr-defined]
+    corridor = cast(CorridorEnv, env.unwrapped)
+    config = corridor.config
     last = steps[-1][1]
     infos = [info for _, info in steps]
     who, people = _people([s.people for s in snapshots], [s.persons for s in snapshots])
-    source, key = env.unwrapped.source, start["scenario_key"]  # type: ignore[attr-defined]
+    source, key = corridor.source, start["scenario_key"]
 
     def column(*fields: str) -> Floats:
         return np.array([[getattr(s, field) for field in fields] for s in snapshots], dtype=float)

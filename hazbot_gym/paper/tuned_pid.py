@@ -33,7 +33,7 @@ MOST = np.array(
 )
 LOST_M = 1.0  # a position error beyond which a controller has diverged
 
-Drive = dict[str, Any]  # values of the config's drive section
+Drive = JsonObject  # values of the config's drive section
 
 
 def pid(gains: PidGains) -> Drive:

@@ -107,7 +107,8 @@ def write(trained: Trained, file: BinaryIO) -> None:
             f"network: weights and description take {size:,} bytes, allowed are "
             f"{npz.MOST_BYTES:,}, of which {MOST_TEXT:,} for the description"
         )
-    np.savez_compressed(file, about=np.frombuffer(text, np.uint8), **arrays)  # type: ignore[arg-type]
+    content: Any = {"about": np.frombuffer(text, np.uint8), **arrays}
+    np.savez_compressed(file, **content)
 
 
 def read(path: Path) -> Trained:

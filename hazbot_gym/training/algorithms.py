@@ -16,6 +16,7 @@ import stable_baselines3
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.noise import NormalActionNoise
+from stable_baselines3.common.policies import BasePolicy
 from stable_baselines3.common.utils import LinearSchedule
 
 from hazbot_gym.errors import InvalidInput
@@ -103,7 +104,7 @@ def _feature_mask(config: TrainConfig) -> JsonObject:
     }
 
 
-def _policy_of(config: TrainConfig) -> Any:
+def _policy_of(config: TrainConfig) -> str | type[BasePolicy]:
     if config.timed_critic:
         return TimedCriticPolicy
     return "MlpLstmPolicy" if config.algorithm == "recurrent_ppo" else "MlpPolicy"

@@ -122,11 +122,12 @@ def _buffer_of(model: BaseAlgorithm) -> State:
 
 
 def _fill_buffer(model: BaseAlgorithm, state: State) -> None:
+    buffer = getattr(model, "replay_buffer", None)
     for name in BUFFER if state else ():
         values = state[name].numpy()
-        getattr(model.replay_buffer, name)[: len(values)] = values  # type: ignore[attr-defined]
-    if state:
-        model.replay_buffer.pos, model.replay_buffer.full = state["pos"], state["full"]  # type: ignore[attr-defined]
+        getattr(buffer, name)[: len(values)] = values
+    if state and buffer is not None:
+        buffer.pos, buffer.full = state["pos"], state["full"]
 
 
 def _all(folder: Path) -> list[Path]:

@@ -13,6 +13,7 @@ import gymnasium
 
 from hazbot_gym.core.ssm import SsmThresholds
 from hazbot_gym.envs.arguments import Environment, Info
+from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation.encounters import Row
 from hazbot_gym.evaluation.metrics import measure
@@ -159,7 +160,7 @@ def _make(show: Show) -> tuple[Environment, float]:
     if not SLOWEST <= show.speed <= FASTEST:
         raise InvalidInput(f"speed: given {show.speed}, allowed is {SLOWEST} to {FASTEST}")
     env = make_env(scenario_set(show.env_id, show.overrides), "rgb_array")
-    decision_s = env.unwrapped.config.clock.decision_s  # type: ignore[attr-defined]
+    decision_s = cast(CorridorEnv, env.unwrapped).config.clock.decision_s
     return env, show.speed / decision_s
 
 

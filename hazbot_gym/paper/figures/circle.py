@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,6 +21,9 @@ from hazbot_gym.paper.figures.style import (
     rounded,
     svg,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 ENLARGED = 10.0
 SHOWN_S = 34.0  # of the lap in Figure 20
@@ -92,11 +96,9 @@ def errors(laps: Mapping[str, Lap], paper: Mapping[str, Figures]) -> str:
     return svg(figure)
 
 
-def _curve(axis: object, time_s: Floats, error: Floats, color: str, name: str) -> None:
+def _curve(axis: Axes, time_s: Floats, error: Floats, color: str, name: str) -> None:
     shown = time_s <= SHOWN_S
-    axis.plot(  # type: ignore[attr-defined]
-        rounded(time_s[shown][::5], 2), rounded(error[shown][::5]), color=color, label=name
-    )
+    axis.plot(rounded(time_s[shown][::5], 2), rounded(error[shown][::5]), color=color, label=name)
 
 
 def late_errors(laps: Mapping[str, Lap]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,6 +25,9 @@ from hazbot_gym.paper.kinematics import (
     PAPER_RATIO,
     Turn,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 def turning(turns: list[Turn]) -> str:
@@ -81,6 +85,6 @@ def robot(turn: Turn) -> str:
     return svg(figure)
 
 
-def _wheel(axis: object, x: float, y: float, angle_rad: float, color: str) -> None:
+def _wheel(axis: Axes, x: float, y: float, angle_rad: float, color: str) -> None:
     dx, dy = 0.1 * math.cos(angle_rad), 0.1 * math.sin(angle_rad)
-    axis.plot([x - dx, x + dx], [y - dy, y + dy], color=color, linewidth=5.0)  # type: ignore[attr-defined]
+    axis.plot([x - dx, x + dx], [y - dy, y + dy], color=color, linewidth=5.0)

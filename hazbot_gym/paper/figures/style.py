@@ -40,7 +40,9 @@ SETTINGS: dict[Any, object] = {
 }
 
 
-def new(height_in: float = 3.0, rows: int = 1, columns: int = 1, **options: Any) -> tuple[Any, Any]:
+def new(
+    height_in: float = 3.0, rows: int = 1, columns: int = 1, **options: Any
+) -> tuple[Figure, Any]:
     """Return a figure and its axes, as ``Figure.subplots`` returns them."""
     with mpl.rc_context(SETTINGS):
         figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
@@ -61,7 +63,7 @@ def mark_event(axes: Axes, time_s: float, text: str, *, height: float = 1.0) -> 
     axes.text(time_s, height, f" {text}", transform=place, va="top", fontsize=8, color=INK)
 
 
-def legend(axes: Axes, **options: Any) -> None:
+def legend(axes: Axes | Figure, **options: Any) -> None:
     """Add a legend without a frame."""
     axes.legend(frameon=False, **{"fontsize": 8, **options})
 
