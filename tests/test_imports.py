@@ -70,7 +70,7 @@ HOMES = {
     "pandas": ("study", "evaluation.statistics", "task.track_formats"),
     "h5py": ("task.track_formats.juelich",),
     "pyarrow": ("study.store",),
-    "matplotlib": ("paper.figures",),
+    "matplotlib": ("paper.sections", "paper.plot_style"),
     "plotly": ("study.report.figures",),
     "jinja2": ("study.report.page", "paper.page"),
     "numba": ("core",),

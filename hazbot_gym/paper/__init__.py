@@ -1,6 +1,6 @@
 """Reproduction of the published paper: every experiment with this library.
 
-Experiments are modules of this package, independent of figures; ``figures`` draws their results,
-``chapters`` reports them in the order of the paper's sections, and ``run`` writes ``paper.json``
-and the page.
+``sections`` has a folder for each section of the paper: ``experiment`` computes, ``plots`` draws,
+``section`` reports. ``numbers`` lists the values that the paper reports, and ``run`` writes
+``paper.json`` and the page.
 """

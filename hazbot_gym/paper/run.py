@@ -104,7 +104,9 @@ def run_chapters(
 
 def run_chapter(name: str, quick: bool) -> Chapter:
     """Run one chapter."""
-    chapter: Chapter = importlib.import_module(f"hazbot_gym.paper.chapters.{name}").chapter(quick)
+    chapter: Chapter = importlib.import_module(f"hazbot_gym.paper.sections.{name}.section").chapter(
+        quick
+    )
     return chapter
 
 

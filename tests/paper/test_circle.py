@@ -11,7 +11,7 @@ import pytest
 
 from hazbot_gym.core.fuzzy_pid import FuzzyPid
 from hazbot_gym.core.pid import PLANTS
-from hazbot_gym.paper.circle import (
+from hazbot_gym.paper.sections.circle.experiment import (
     TABLE_3,
     Figures,
     Load,

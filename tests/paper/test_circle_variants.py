@@ -8,8 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from hazbot_gym.paper.circle import BAND, NOISE, START, Figures, drive_lap, paper_drive
-from hazbot_gym.paper.circle_variants import LOOPS, bands, noisy, plants, variants
+from hazbot_gym.paper.sections.circle.experiment import (
+    BAND,
+    NOISE,
+    START,
+    Figures,
+    drive_lap,
+    paper_drive,
+)
+from hazbot_gym.paper.sections.circle.variants import LOOPS, bands, noisy, plants, variants
 from hazbot_gym.task.places import CIRCLE_RADIUS_M
 
 REFERENCE = json.loads(

@@ -4,7 +4,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from hazbot_gym.paper.combination import SCENARIO, combine
+from hazbot_gym.paper.sections.combination.experiment import SCENARIO, combine
 from hazbot_gym.policies.fuzzy_expert import FuzzyExpert
 
 

@@ -4,7 +4,13 @@ import pytest
 
 from hazbot_gym.core.social_force import HELBING_MOLNAR_1995, SocialForce
 from hazbot_gym.core.state import ROBOT_MASS_KG
-from hazbot_gym.paper.forces import HUMAN, ROBOT, drawn, forces_on, repulsion_mps2
+from hazbot_gym.paper.sections.social_force.experiment import (
+    HUMAN,
+    ROBOT,
+    drawn,
+    forces_on,
+    repulsion_mps2,
+)
 
 
 def test_force_towards_the_desired_speed_is_mass_times_lack_over_relaxation_time() -> None:

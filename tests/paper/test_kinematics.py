@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from hazbot_gym.core.kinematics import radius_from_castor
-from hazbot_gym.paper.kinematics import CHASSIS, castor_table, nearest_chassis_m
+from hazbot_gym.paper.sections.kinematics.experiment import CHASSIS, castor_table, nearest_chassis_m
 
 REFERENCE = json.loads(
     (Path(__file__).parents[1] / "reference" / "kinematics.json").read_text(encoding="utf-8")

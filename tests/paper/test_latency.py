@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import math
 
-from hazbot_gym.paper.latency import costliest, families, sweep
+from hazbot_gym.paper.sections.control_system.experiment import costliest, families, sweep
 
 
 def test_a_late_robot_moves_on_near_the_human() -> None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from hazbot_gym.config import make_config
-from hazbot_gym.paper.meeting_variants import CHOSEN, REFIT, WIDE, by_width, front_wall
-from hazbot_gym.paper.meeting_variants import jump_of_wide_terms as jump
-from hazbot_gym.paper.meetings import events
 from hazbot_gym.paper.numbers import reported, verdict
+from hazbot_gym.paper.sections.meetings.experiment import events
+from hazbot_gym.paper.sections.meetings.variants import CHOSEN, REFIT, WIDE, by_width, front_wall
+from hazbot_gym.paper.sections.meetings.variants import jump_of_wide_terms as jump
 
 TOLD = {"C*": "crossing_sim", "E*": "encountering_sim"}
 

@@ -7,7 +7,8 @@ import numpy.typing as npt
 import pytest
 
 from hazbot_gym.config import SCENARIOS, make_config
-from hazbot_gym.paper.meetings import (
+from hazbot_gym.paper.numbers import reported
+from hazbot_gym.paper.sections.meetings.experiment import (
     Meeting,
     events,
     falls_below_s,
@@ -16,7 +17,6 @@ from hazbot_gym.paper.meetings import (
     spread,
     start_of,
 )
-from hazbot_gym.paper.numbers import reported
 
 
 def told(name: str) -> float:

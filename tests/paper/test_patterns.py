@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from hazbot_gym.core.state import PATTERN_NAMES
-from hazbot_gym.paper.patterns import SCENES, Scene, label
+from hazbot_gym.paper.sections.patterns.experiment import SCENES, Scene, label
 
 
 @pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.meant)

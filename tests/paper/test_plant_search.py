@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from hazbot_gym.core.pid import PLANTS, Plant
-from hazbot_gym.paper.circle import FIGURE_NAMES
-from hazbot_gym.paper.circle_variants import LOOPS
 from hazbot_gym.paper.evolution import MEMBERS, search
-from hazbot_gym.paper.plant_search import (
+from hazbot_gym.paper.sections.circle.experiment import FIGURE_NAMES
+from hazbot_gym.paper.sections.circle.variants import LOOPS
+from hazbot_gym.paper.sections.motor.experiment import (
     LEVELS,
     NUMBERS,
     RATES,

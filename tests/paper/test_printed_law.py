@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from hazbot_gym.paper.circle import drive_lap, paper_drive
-from hazbot_gym.paper.printed_law import LAWS, left_over
+from hazbot_gym.paper.sections.circle.experiment import drive_lap, paper_drive
+from hazbot_gym.paper.sections.fuzzy_pid.experiment import LAWS, left_over
 
 # SPEC section 2, plant A. How its prototype took the rates of the error is not known; ours are of
 # the last step's velocity, and leave 4 mm less.

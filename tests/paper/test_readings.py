@@ -5,9 +5,9 @@ import math
 
 import pytest
 
-from hazbot_gym.paper import readings
-from hazbot_gym.paper.meetings import Events
-from hazbot_gym.paper.readings import READINGS
+from hazbot_gym.paper.sections.meetings.experiment import Events
+from hazbot_gym.paper.sections.speed_controller import experiment
+from hazbot_gym.paper.sections.speed_controller.experiment import READINGS
 
 NEVER = math.nan
 NAMES = tuple(reading.name for reading in READINGS)
@@ -57,7 +57,7 @@ VERDICTS = {
 
 @functools.cache
 def found(name: str) -> dict[str, Events]:
-    return readings.run(READINGS[NAMES.index(name)])
+    return experiment.run(READINGS[NAMES.index(name)])
 
 
 def test_every_reading_has_its_row() -> None:
@@ -66,7 +66,7 @@ def test_every_reading_has_its_row() -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_reading_comes_out_as_specified(name: str) -> None:
-    for scenario, row in zip(readings.SCENARIOS, SPECIFIED[name], strict=True):
+    for scenario, row in zip(experiment.SCENARIOS, SPECIFIED[name], strict=True):
         each = found(name)[scenario]
         here = (each.decelerates_s, each.stops_s, each.recovers_s, each.moving_inside_s)
         assert here == pytest.approx(row, abs=0.1 + 1e-9, nan_ok=True), scenario
@@ -74,11 +74,11 @@ def test_reading_comes_out_as_specified(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_verdict_follows_from_the_criteria(name: str) -> None:
-    assert readings.verdict(found(name)).startswith(VERDICTS[name])
+    assert experiment.verdict(found(name)).startswith(VERDICTS[name])
 
 
 def test_printed_rules_drive_into_somebody_who_comes_straight_at_the_robot() -> None:
-    literal, complete = readings.head_on().values()
+    literal, complete = experiment.head_on().values()
     assert math.isnan(literal.decelerates_s)
     assert literal.hits == 1.0
     assert complete.hits == complete.moving_inside_s == 0.0
@@ -105,4 +105,4 @@ def events(**changed: float) -> Events:
     ],
 )
 def test_each_fault_is_named(changed: dict[str, float], fault: str) -> None:
-    assert readings.verdict({"E*": events(**changed), "C*": events()}) == fault
+    assert experiment.verdict({"E*": events(**changed), "C*": events()}) == fault

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hazbot_gym.paper.sensing import READINGS, TABLE_2, half_range, measure
+from hazbot_gym.paper.sections.sensors.experiment import READINGS, TABLE_2, half_range, measure
 
 
 def test_readings_are_right_in_the_mean_and_within_the_half_widths() -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from hazbot_gym.core.social_force import HELBING_MOLNAR_1995
 from hazbot_gym.evaluation.rollout import evaluate
-from hazbot_gym.paper.meetings import events, meet
+from hazbot_gym.paper.sections.meetings.experiment import events, meet
 from hazbot_gym.policies import make
 from hazbot_gym.policies.social_force import RADII_M, SocialForceSpeed
 from hazbot_gym.task.observation import LAYOUTS

@@ -1,1 +1,0 @@
-"""Figures of the results as SVG, one module per section of the paper."""

@@ -1,0 +1,1 @@
+"""Sections of the paper: an experiment, its plots, and the section of the report."""
