@@ -7,7 +7,12 @@ from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).parent / "_ext"), str(Path(__file__).parent)]
 
+from sphinx.util.inspect import TypeAliasForwardRef  # noqa: E402
+
 import hazbot_gym  # noqa: E402
+
+# Sphinx shows an alias within another type by its repr.
+TypeAliasForwardRef.__repr__ = lambda self: self.name  # type: ignore[method-assign]
 
 project = "hazbot_gym"
 author = "The hazbot_gym authors"

@@ -87,7 +87,8 @@ def environment_text(*titles: str) -> str:
 
 def observation_table() -> str:
     """Return the field table of the tiers ``tracks`` and ``privileged``."""
-    return markdown_table("tracks")
+    # Numbers stay with their units: "2 rad/s" is not broken.
+    return re.sub(r"(?<=\| )([\d.]+) (\S+)(?= \|)", "\\1\u00a0\\2", markdown_table("tracks"))
 
 
 def reward_table() -> str:
@@ -271,8 +272,15 @@ def shorten(_: Sphinx, __: str, name: str, *rest: Any) -> None:
         lines[1:] = ["", "The whole of its documentation is the page :doc:`/environments`.", ""]
 
 
+def skip(_: Sphinx, __: str, ___: str, member: Any, *rest: Any) -> bool | None:
+    """Leave out fields of named tuples about which there is nothing to read."""
+    is_bare = str(getattr(member, "__doc__", "")).startswith("Alias for field number")
+    return True if is_bare else None
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
     """Fill pages as they are read."""
     app.connect("source-read", fill)
     app.connect("autodoc-process-docstring", shorten)
+    app.connect("autodoc-skip-member", skip)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
