@@ -88,7 +88,7 @@ def lean_kernel(function: Function) -> Function:
 
 
 def _compile(function: Function, *, is_counting: bool) -> Function:
-    options: dict[str, Any] = {
+    options: dict[str, object] = {
         "nogil": True,
         "error_model": "numpy",
         "_nrt": is_counting,

@@ -232,7 +232,7 @@ def as_record(parameters: object) -> Records:
     return np.array([_plain(parameters)], dtype=_record_type(parameters))
 
 
-def _plain(value: object) -> Any:
+def _plain(value: object) -> object:
     return tuple(_plain(item) for item in value) if isinstance(value, tuple) else value
 
 

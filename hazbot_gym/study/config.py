@@ -11,7 +11,7 @@ import json
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from annotated_types import Ge, Gt, Le, Lt, MinLen
 from pydantic import Field, ValidationError, field_serializer, field_validator
@@ -136,7 +136,7 @@ class StudyConfig(Section):
 
     @field_validator("sets", mode="before")
     @classmethod
-    def _names_stand_for_sets(cls, sets: object) -> Any:
+    def _names_stand_for_sets(cls, sets: object) -> object:
         if isinstance(sets, str):
             sets = [sets]
         if not isinstance(sets, list | tuple):
@@ -145,7 +145,7 @@ class StudyConfig(Section):
 
     @field_validator("policies", "sets")
     @classmethod
-    def _no_two_are_alike(cls, items: tuple[object, ...]) -> tuple[Any, ...]:
+    def _no_two_are_alike(cls, items: tuple[object, ...]) -> tuple[object, ...]:
         names = [getattr(item, "name", item) for item in items]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:

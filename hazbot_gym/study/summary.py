@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, TypedDict
+from typing import TYPE_CHECKING, Literal, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -298,7 +298,7 @@ def _plain(estimate: Estimate) -> dict[str, float | None]:
     return {name: _rounded(value) for name, value in estimate._asdict().items()}
 
 
-def _all_plain(content: object) -> Any:
+def _all_plain(content: object) -> object:
     """Return nested results with every estimate and number as JSON values."""
     if isinstance(content, Estimate):
         return _plain(content)

@@ -14,7 +14,7 @@ import json
 import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.evaluation import inputs, rollout
@@ -106,7 +106,7 @@ def _defaults(family: str) -> dict[str, object]:
     return {name: _as_text(fields[name]) for name in SPACES[family]}
 
 
-def _as_text(value: object) -> Any:
+def _as_text(value: object) -> object:
     return str(value).lower() if isinstance(value, bool) else value
 
 

@@ -11,7 +11,7 @@ import hashlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from annotated_types import Ge, Gt, Le
 from pydantic import Field, ValidationError, ValidationInfo, field_validator
@@ -95,13 +95,13 @@ class TrainConfig(Section):
 
     @field_validator("env", mode="before")
     @classmethod
-    def _one_or_several(cls, env: object) -> Any:
+    def _one_or_several(cls, env: object) -> object:
         given = [env] if isinstance(env, str) else env
         return [full_id(each) for each in given] if isinstance(given, list | tuple) else given
 
     @field_validator("imitation")
     @classmethod
-    def _is_for_students(cls, value: Any, info: ValidationInfo) -> Any:
+    def _is_for_students(cls, value: object, info: ValidationInfo) -> object:
         algorithm = info.data.get("algorithm")
         if value and algorithm not in ("ppo", *PUPILS):
             raise ValueError(
