@@ -1,7 +1,7 @@
-"""The command line, ``hazbot``: arguments and one call each.
+"""Command line ``hazbot``: arguments and one call per command.
 
-What a user can get wrong is answered by one line and exit code 2. Heavy imports wait inside the
-commands, so that ``hazbot --help`` is quick.
+User errors give one line and exit code 2. Heavy imports are inside the commands, so that
+``hazbot --help`` is fast.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from hazbot_gym import __version__
 from hazbot_gym.errors import HazbotError, InvalidInput
 from hazbot_gym.utils import interrupts, terminal
 
-# What the system answers where a folder or a disk that the user named cannot be used.
+# System errors of folders and disks given by the user.
 _UNUSABLE = frozenset(
     (
         errno.EACCES,
@@ -42,7 +42,7 @@ _UNUSABLE = frozenset(
 )
 
 
-# What is kept of an interrupted command, and how it is used.
+# Resumption of interrupted commands.
 _GO_ON = {
     "study": "; run the same command again to go on",
     "tune": "; run the same command again to go on",
@@ -60,10 +60,10 @@ def _terminate(*_: object) -> None:
 
 
 class _OneLineErrors(typer.core.TyperGroup):
-    """Commands whose foreseen errors are one line on stderr, with exit code 2."""
+    """Commands with one-line errors on stderr and exit code 2."""
 
     def make_context(self, info_name: str | None, args: list[str], *more: Any, **extra: Any) -> Any:
-        """Parse what stands before the command; without arguments the help is shown."""
+        """Parse the options before the command; show the help without arguments."""
         with _one_line_errors() if args else contextlib.nullcontext():
             for given, before in zip(args, ("", *args), strict=False):
                 if not given or re.fullmatch("--[a-z-]+=", given):
@@ -89,7 +89,7 @@ def _one_line_errors() -> Iterator[None]:
         return
     except HazbotError as error:
         message = str(error)
-    except typer.TyperException as error:  # an unknown option, a number that is none
+    except typer.TyperException as error:  # an unknown option, an invalid number
         message = error.format_message()
     except OSError as error:
         if error.errno not in _UNUSABLE:
@@ -107,19 +107,19 @@ app = typer.Typer(
 )
 
 
-# Policies that are typed here may be modules of one's own; those that a file names may not.
+# User modules are allowed on the command line, but not in files without --allow-code.
 AllowCode = Annotated[
     bool,
-    typer.Option("--allow-code", help="Let module:attribute in the file run code of your modules."),
+    typer.Option("--allow-code", help="Allow module:attribute in the file to run your modules."),
 ]
 AllowPickle = Annotated[
-    bool, typer.Option("--allow-pickle", help="Let a learned: .zip run the code that is in it.")
+    bool, typer.Option("--allow-pickle", help="Allow a learned: .zip to run its pickled code.")
 ]
 
 
 def main() -> None:
     """Run the command line."""
-    # Python has none where they were closed (``>&-``).
+    # None if closed (``>&-``).
     sys.stdout, sys.stderr = (each or open(os.devnull, "w") for each in (sys.stdout, sys.stderr))  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         terminal.tolerate(stream)
@@ -150,13 +150,13 @@ def _root(
 @app.command()
 def study(
     config: Annotated[
-        Path | None, typer.Option(help="YAML file of deltas on the defaults.")
+        Path | None, typer.Option(help="YAML file of overrides of the defaults.")
     ] = None,
     tracks: Annotated[
         Path | None, typer.Option(help="Folder of real tracks; adds two sets.")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the results. [results/study]")] = None,
-    episodes: Annotated[int | None, typer.Option(help="Episodes a policy and set.")] = None,
+    episodes: Annotated[int | None, typer.Option(help="Episodes per policy and set.")] = None,
     workers: Annotated[
         int | None,
         typer.Option(help="Cores to use; all usable ones if not given.", min=1, max=1024),
@@ -165,14 +165,14 @@ def study(
     engine: Annotated[
         str | None, typer.Option(help="batched, or pymunk for the reference. [batched]")
     ] = None,
-    no_report: Annotated[bool, typer.Option("--no-report", help="Make no page.")] = False,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Write no report page.")] = False,
     is_verbose: Annotated[
         bool, typer.Option("--verbose", help="Print the table of every set.")
     ] = False,
     allow_code: AllowCode = False,
     allow_pickle: AllowPickle = False,
 ) -> None:
-    """Run policies over the same scenarios and compare them: the main job. Resumable."""
+    """Run a study: compare policies over the same scenarios. Resumable."""
     from hazbot_gym.policies import Permissions
     from hazbot_gym.study import answer, terminal_tables
     from hazbot_gym.study import run as comparison
@@ -182,7 +182,7 @@ def study(
         from hazbot_gym.study.report import page as report
 
     plan = load_study(config, tracks=tracks, episodes=episodes, seed=seed, engine=engine)
-    # Results among real people do not push aside the ones without.
+    # Results with real tracks do not overwrite those without.
     folder = out or Path("results", "study-tracks" if plan.tracks else "study")
     summary = comparison.run_study(
         plan,
@@ -205,7 +205,7 @@ def study(
 def make_report(
     folder: Annotated[Path, typer.Argument(help="Folder of a finished study.")],
 ) -> None:
-    """Make the page of a finished study anew from its records; runs nothing that they name."""
+    """Rebuild the report page of a finished study from its records, without running code."""
     from hazbot_gym.study.report import page as report
 
     terminal.output_console().print(f"Report: {report.write_report(folder)}", soft_wrap=True)
@@ -213,17 +213,21 @@ def make_report(
 
 @app.command()
 def train(
-    config: Annotated[Path | None, typer.Option(help="YAML file of deltas.")] = None,
+    config: Annotated[
+        Path | None, typer.Option(help="YAML file of overrides of the defaults.")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder for results. [results/train/NAME of the config]")
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="Of weights, worlds and exploration.")] = None,
-    steps: Annotated[int | None, typer.Option(help="Decisions in all.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of weights, worlds and exploration.")
+    ] = None,
+    steps: Annotated[int | None, typer.Option(help="Total decisions.")] = None,
     engine: Annotated[
         str | None, typer.Option(help="batched, or pymunk for the reference. [batched]")
     ] = None,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on from the last checkpoint in the folder.")
+        bool, typer.Option("--resume", help="Resume from the last checkpoint in the folder.")
     ] = False,
     allow_code: AllowCode = False,
     allow_pickle: AllowPickle = False,
@@ -261,7 +265,7 @@ def evaluate(
         list[str] | None, typer.Option("--set", help="Config value, e.g. people.count=[4,4].")
     ] = None,
     engine: Annotated[str, typer.Option(help="batched, or pymunk for the reference.")] = "batched",
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON only.")] = False,
     allow_pickle: AllowPickle = False,
 ) -> None:
     """Evaluate one policy in one environment."""
@@ -298,12 +302,12 @@ def watch(
     change: Annotated[
         list[str] | None, typer.Option("--set", help="Config value, e.g. people.count=[4,4].")
     ] = None,
-    speed: Annotated[float, typer.Option(help="Times as fast as in reality.")] = 1.0,
+    speed: Annotated[float, typer.Option(help="Playback speed relative to real time.")] = 1.0,
     file: Annotated[
-        Path | None, typer.Option("--save", help="Film or picture: FILE.mp4, .gif or .png.")
+        Path | None, typer.Option("--save", help="Video or picture: FILE.mp4, .gif or .png.")
     ] = None,
     at: Annotated[
-        float | None, typer.Option(help="Seconds at which a .png is taken; else the end.")
+        float | None, typer.Option(help="Episode time of a .png in seconds; default the end.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace FILE if it exists.")] = False,
     allow_pickle: AllowPickle = False,
@@ -338,17 +342,18 @@ def list_all() -> None:
 def tracks(
     path: Annotated[Path, typer.Argument(help="Track file, or folder of track files.")],
     fps: Annotated[float | None, typer.Option(help="Frames per second.")] = None,
-    units: Annotated[str | None, typer.Option(help="Of positions: m, cm, mm or px.")] = None,
+    units: Annotated[str | None, typer.Option(help="Unit of positions: m, cm, mm or px.")] = None,
     columns: Annotated[
-        str | None, typer.Option(help="Names from left to right, e.g. 'frame id x y -'.")
+        str | None, typer.Option(help="Column names from left to right, e.g. 'frame id x y -'.")
     ] = None,
     metres_per_pixel: Annotated[
         float | None, typer.Option(help="Scale of positions in pixels.")
     ] = None,
 ) -> None:
-    """Check real track files: their statistics, and the columns, unit and rate they are read with.
+    """Check real track files: statistics, and the columns, unit and rate used to read them.
 
-    The options hold for this command; a JSON beside the file keeps them (docs/tracks.md).
+    The options apply to this command only; a JSON beside the file makes them permanent
+    (docs/tracks.md).
     """
     from hazbot_gym.calibration import tracks_report
     from hazbot_gym.task.track_files import Options
@@ -362,15 +367,15 @@ def tracks(
 def calibrate(
     tracks: Annotated[Path, typer.Option(help="Folder of real tracks.")],
     fit: Annotated[
-        list[str] | None, typer.Option(help="Run to fit on; judged by the others. Repeatable.")
+        list[str] | None, typer.Option(help="Run to fit on; the others are held out. Repeatable.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Of the search.", min=0)] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of the search.", min=0)] = 0,
     as_shipped: Annotated[
-        bool, typer.Option("--as-shipped", help="Fit nothing, judge the defaults.")
+        bool, typer.Option("--as-shipped", help="Evaluate the defaults without fitting.")
     ] = False,
     json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,
 ) -> None:
-    """Fit the social-force people to recorded ones, and compare them."""
+    """Calibrate the social force model on recorded people, and compare them."""
     from hazbot_gym.calibration import fit as calibration
     from hazbot_gym.calibration import report as calibration_report
     from hazbot_gym.core.social_force import SocialForce
@@ -394,10 +399,12 @@ def headroom(
     env: Annotated[
         list[str] | None, typer.Option(help="Environment, e.g. Crossing-v0; all if not given.")
     ] = None,
-    episodes: Annotated[int, typer.Option(help="Scenarios of each.", min=1, max=100_000)] = 40,
+    episodes: Annotated[
+        int, typer.Option(help="Scenarios per environment.", min=1, max=100_000)
+    ] = 40,
     json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,
 ) -> None:
-    """Compare rules with the exact optimum, where people do not react: minutes."""
+    """Compare rules with the exact optimum for non-reactive people (takes minutes)."""
     from hazbot_gym.envs.registration import full_id
     from hazbot_gym.evaluation.oracle import headroom as room
     from hazbot_gym.evaluation.oracle import headroom_report
@@ -425,7 +432,7 @@ def paper(
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace older results.")] = False,
 ) -> None:
-    """Run every experiment of the published paper again, and say what is reproduced."""
+    """Reproduce every experiment of the published paper, and report verdicts."""
     from hazbot_gym.paper import run, tables
 
     folder = out or Path("results", "paper")
@@ -447,8 +454,8 @@ def paper(
 @app.command()
 def tune(
     policy: Annotated[str, typer.Option(help="A family of rules, e.g. ttc.")],
-    trials: Annotated[int, typer.Option(help="Of the search.", min=1, max=100_000)] = 50,
-    seed: Annotated[int, typer.Option(help="Of the search.", min=0, max=2**64 - 1)] = 0,
+    trials: Annotated[int, typer.Option(help="Number of trials.", min=1, max=100_000)] = 50,
+    seed: Annotated[int, typer.Option(help="Seed of the search.", min=0, max=2**64 - 1)] = 0,
     out: Annotated[
         Path | None, typer.Option(help="File of the record. [results/tune/POLICY.json]")
     ] = None,
@@ -469,15 +476,15 @@ def tune(
     best, console = record["best"], terminal.output_console()
     console.print(f"{best['policy']}: validation return {best['return']:.2f}", soft_wrap=True)
     for name in record["at_a_bound"]:
-        console.print(f"{name} is at an end of what may be tuned", soft_wrap=True)
+        console.print(f"{name} is at a bound of its tuning space", soft_wrap=True)
 
 
 @app.command()
 def bench(
-    quick: Annotated[bool, typer.Option("--quick", help="A rough number in seconds.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Rough results within seconds.")] = False,
     json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,
     training: Annotated[
-        list[Path] | None, typer.Option(help="Measure this training file instead. Repeatable.")
+        list[Path] | None, typer.Option(help="Training file to measure instead. Repeatable.")
     ] = None,
 ) -> None:
     """Measure steps per second, beside Gymnasium's CartPole-v1 in the same run; or training."""
@@ -513,7 +520,7 @@ def _bench_training(paths: list[Path], json_file: Path | None, *, seeds: int | N
 
 
 def _check_file(file: Path | None) -> None:
-    """Complain before any work if a file could not be written in the end."""
+    """Raise before any work if a file cannot be written."""
     from hazbot_gym.utils.files import check_writable
 
     if file is None:

@@ -234,7 +234,7 @@ def test_list_shows_environments_scenarios_the_bank_and_policies() -> None:
         assert name in result.stdout
     shown = " ".join(result.stdout.split())
     assert "open, ideal drive, one walker from (2.750, 4.763) m" in shown
-    assert "circle, motor B, nobody there" in shown
+    assert "circle, motor B, no people" in shown
 
 
 def test_study_writes_its_files_and_shows_a_table(empty_folder: Path) -> None:

@@ -91,7 +91,7 @@ def _measure(path: Path, config: TrainConfig, seeds: int, episodes: int) -> Reco
 
 
 def goals(runs: list[Record], speed: Record) -> Record:
-    """Return what was to be reached, with its limit and the measured value; None if not reached."""
+    """Return goals with their limit and measured value; None if not reached."""
     peak_gb = max(run["peak_bytes"] for run in runs) / 1e9
     found = {
         "decisions a second": ("at least", 50_000.0, float(speed["batched"])),

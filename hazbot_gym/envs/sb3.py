@@ -192,7 +192,7 @@ class CorridorVecEnv(VecEnv):
         raise InvalidInput(f"env_method: given {method_name!r}, there are no single environments")
 
     def env_is_wrapped(self, wrapper_class: type, indices: VecEnvIndices = None) -> list[bool]:
-        """Return whether each world is wrapped: in a ``Monitor`` if its factory used one."""
+        """Return True for each world wrapped in a class: in ``Monitor`` if its factory used it."""
         is_monitored = self._singles is not None and bool(self._singles.monitors)
         is_wrapped = is_monitored and issubclass(Monitor, wrapper_class)
         return [is_wrapped for _ in self._get_indices(indices)]

@@ -77,7 +77,7 @@ class Entry(NamedTuple):
 REGISTER = {
     "constant": Entry(
         "hazbot_gym.policies.constant:Constant",
-        "one speed, whatever happens; fraction=0..1 of nominal",
+        "constant speed; fraction=0..1 of nominal",
     ),
     "stop_on_sight": Entry(
         "hazbot_gym.policies.stop_on_sight:StopOnSight",
@@ -85,7 +85,7 @@ REGISTER = {
     ),
     "stop_when_near": Entry(
         "hazbot_gym.policies.stop_when_near:StopWhenNear",
-        "stops while somebody is nearer than stop_m=",
+        "stops while a person is nearer than stop_m=",
     ),
     "ssm": Entry(
         "hazbot_gym.policies.ssm:Ssm",
@@ -97,24 +97,24 @@ REGISTER = {
     ),
     "hall_steps": Entry(
         "hazbot_gym.policies.hall_steps:HallSteps",
-        "the speed of Hall's zone in which the nearest person is; scale= of the zones",
+        "the speed of the nearest person's Hall zone; scale= of the zones",
     ),
     "passive_safety": Entry(
         "hazbot_gym.policies.passive_safety:PassiveSafety",
-        "stands before anybody walking at obstacle_mps= can reach it; nominal_mps=",
+        "stops before a person walking at obstacle_mps= can reach it; nominal_mps=",
     ),
     "idm": Entry(
         "hazbot_gym.policies.idm:Idm",
-        "follows like a car whoever is in its lane; headway_s=, lane_m=, gap_m=, nominal_mps=",
+        "car following of people in its lane; headway_s=, lane_m=, gap_m=, nominal_mps=",
     ),
     "velocity_obstacle": Entry(
         "hazbot_gym.policies.velocity_obstacle:VelocityObstacle",
-        "largest speed that comes nobody nearer than margin_m= within horizon_s=; "
+        "largest speed without a person nearer than margin_m= within horizon_s=; "
         "responsibility=, nominal_mps=",
     ),
     "mpc": Entry(
         "hazbot_gym.policies.mpc:Mpc",
-        "best plan if people walk straight on, its weight of intrusion=; horizon_s=, nominal_mps=",
+        "optimal plan for people at constant velocity; intrusion=, horizon_s=, nominal_mps=",
     ),
     "fuzzy_expert": Entry(
         "hazbot_gym.policies.fuzzy_expert:FuzzyExpert",
@@ -122,15 +122,15 @@ REGISTER = {
     ),
     "fuzzy_reading": Entry(
         "hazbot_gym.policies.fuzzy_readings:FuzzyReading",
-        "the paper's strategy with one thing read differently; reading=inverted|gaussian|...",
+        "alternative readings of the paper's strategy; reading=inverted|gaussian|...",
     ),
     "social_force": Entry(
         "hazbot_gym.policies.social_force:SocialForceSpeed",
-        "speed by the total social force along the way; strength=, nominal_mps=",
+        "speed by the total social force along the path; strength=, nominal_mps=",
     ),
     "ppo": Entry(
         "hazbot_gym.policies.learned:Ppo",
-        "PPO as trained for this version, for the tier of the observations",
+        "the shipped PPO policy for the tier of the observations",
     ),
     "learned": Entry(
         "hazbot_gym.policies.learned:Learned",

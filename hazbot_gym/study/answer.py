@@ -64,7 +64,7 @@ def _rivals(study: StudyConfig) -> list[str]:
 def _claim(study: StudyConfig, best: str) -> str:
     count = len(_rivals(study))
     who = f"best of {count} learned policies, {best}," if count > 1 else f"learned policy {best}"
-    return f"The {who} earns more return than {study.reference_policy}"
+    return f"The {who} has a higher return than {study.reference_policy}"
 
 
 def _figures(summary: JsonObject, study: StudyConfig, best: str) -> str:

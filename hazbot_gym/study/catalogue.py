@@ -33,7 +33,7 @@ def _described(config: Config) -> str:
         "m/s"
         for one in config.people.walkers
     ]
-    return f"{config.place}, {drive}, {', '.join(walkers) or 'nobody there'}"
+    return f"{config.place}, {drive}, {', '.join(walkers) or 'no people'}"
 
 
 def _table(title: str, rows: Mapping[str, str]) -> FittedTable:

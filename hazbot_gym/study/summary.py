@@ -65,7 +65,7 @@ Summary = JsonObject
 
 
 class _Luck(TypedDict):
-    """How intervals are drawn."""
+    """Options of the bootstrap intervals."""
 
     resamples: int
     confidence: float

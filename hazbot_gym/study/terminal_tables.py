@@ -55,7 +55,7 @@ def study_tables(summary: Summary, *, is_verbose: bool = False) -> Group:
     """Return the headline's table, or the tables of every set and aggregate."""
     first = headline(summary)
     interval = f"{summary['confidence']:.0%} interval over scenarios"
-    note = f"Below each mean its {interval}; none from a single scenario."
+    note = f"Below each mean: {interval}; none for a single scenario."
     shown = summary["sets"] if is_verbose else {first.name: first.policies}
     if len(first.sets) > 1:
         note += f" Pooled in {first.name!r}: {', '.join(first.sets)}."
@@ -69,7 +69,7 @@ def set_table(name: str, policies: JsonObject) -> FittedTable:
     """Return the table of one scenario set, one row per policy."""
     episodes = scenarios_of(policies)
     table = FittedTable(
-        title=f"{name}: {episodes} episode{'s' if episodes > 1 else ''} a policy",
+        title=f"{name}: {episodes} episode{'s' if episodes > 1 else ''} per policy",
         title_justify="left",
         title_style="bold",
         box=SIMPLE_HEAD,

@@ -48,7 +48,7 @@ def summary(study: StudyConfig = STUDY) -> dict[str, Any]:
 
 def test_the_answer_names_the_sets_where_a_learned_policy_is_better_and_worse() -> None:
     assert answer(summary(), STUDY) == (
-        "The best of 2 learned policies, ppo, earns more return than fuzzy_expert in 1 of 3 sets "
+        "The best of 2 learned policies, ppo, has a higher return than fuzzy_expert in 1 of 3 sets "
         "(easy), less in 1 (hard), undecided in 1; all sets: return +0.50 (95% interval -0.25 to "
         "1.50), time ratio 1.250 against 1.500, kinetic intrusion 0.0300 against 0.0300 m², "
         "contacts by the robot 1.00 against 1.00 %."
@@ -101,7 +101,7 @@ def test_a_single_scenario_makes_no_policy_better() -> None:
 def test_a_single_learned_policy_is_not_called_the_best_of_several() -> None:
     study = STUDY.model_copy(update={"policies": ("fuzzy_expert", "ppo")})
 
-    assert answer(summary(study), study).startswith("The learned policy ppo earns more return")
+    assert answer(summary(study), study).startswith("The learned policy ppo has a higher return")
 
 
 def test_shipped_policies_and_files_are_learned_and_rules_are_not() -> None:

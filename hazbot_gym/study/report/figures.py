@@ -135,7 +135,7 @@ def beside_the_best(replay: Replay, looks: Styles) -> Figure:
     figure.add_scatter(
         x=best.time_s.round(2).tolist(),
         y=best.speed_mps.round(3).tolist(),
-        name="the best drive",
+        name="oracle",
         mode="lines",
         line={"color": GRID, "width": 1},
         fill="tozeroy",

@@ -12,14 +12,14 @@ Estimate = Mapping[str, float | None]
 # Of ``summary["yardstick"]``: field, title, scale, digits.
 REGRETS = (
     ("regret", "regret, in return", 1.0, 2),
-    ("normalised", "of the span from constant speed to best, %", 100.0, 1),
-    ("avoidable_delay", "avoidable delay, in time ratio", 1.0, 3),
-    ("delay_removed", "of the reference's avoidable delay removed, %", 100.0, 0),
+    ("normalised", "normalised, constant speed to oracle, %", 100.0, 1),
+    ("avoidable_delay", "avoidable delay, time ratio", 1.0, 3),
+    ("delay_removed", "removed share of the reference's delay, %", 100.0, 0),
 )
 # Of ``tails`` of a policy: metric, title.
 TAILS = (
-    ("clearance_min_m", "least clearance, m"),
-    ("ttc_min_s", "least time to collision, s"),
+    ("clearance_min_m", "minimum clearance, m"),
+    ("ttc_min_s", "minimum time to collision, s"),
     ("kinetic_intrusion_m2", "kinetic intrusion, m²"),
     ("time_ratio", "time ratio"),
 )
@@ -50,7 +50,7 @@ def regret_table(block: JsonObject, names: Sequence[str]) -> Table:
 
 def family_table(block: JsonObject) -> Table:
     """Return each family's hypervolume and its difference from the first family's."""
-    head = ["hypervolume", "more than the first", "points", "of them on its front"]
+    head = ["hypervolume", "difference from the first", "points", "points on the front"]
     lines = [
         Line(
             name,

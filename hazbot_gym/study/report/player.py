@@ -71,12 +71,12 @@ def _end(episode: Drive) -> str:
     """Return the outcome of an episode as text."""
     words = {
         "arrived": "arrived",
-        "timeout": "ran out of time",
+        "timeout": "timeout",
         "contact_wall": "touched a wall",
         "contact_person": f"contact caused by the {episode.contact_caused_by}",
     }
     end = f"{words[episode.outcome]} at {episode.time_s[-1]:.1f} s"
-    return end if episode.is_recorded else f"{end}; not the drive that was measured"
+    return end if episode.is_recorded else f"{end}; differs from the measured episode"
 
 
 def steps(values: Floats) -> list[int]:

@@ -67,7 +67,7 @@ class Roles(NamedTuple):
 
     @property
     def is_box(self) -> bool:
-        """Whether positions are the middles of boxes."""
+        """True if positions are centers of boxes."""
         return "x" not in self.at
 
 

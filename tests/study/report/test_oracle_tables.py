@@ -63,7 +63,7 @@ def test_the_best_drive_is_no_worse_than_anybody(study: report.Study, page: str)
         assert found["regret"]["mean"] >= 0.0
     assert list(plots_of(page)["beside"]) == ["test/Crossing", "test/Leading"]
     names = [trace["name"] for trace in plots_of(page)["beside"]["test/Crossing"]["data"]]
-    assert names == ["the best drive", "fuzzy_expert", "constant:0.5"]
+    assert names == ["oracle", "fuzzy_expert", "constant:0.5"]
 
 
 def test_only_who_is_shown_is_replayed_but_all_are_in_the_tables(page: str) -> None:

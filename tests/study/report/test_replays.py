@@ -101,7 +101,7 @@ def test_a_drive_that_was_not_measured_says_so(replays: list[Replay]) -> None:
     packed = player.pack({"Crossing": [replays[0]._replace(runs=runs)]})
     content = json.loads(zlib.decompress(base64.b64decode(packed)))
     for run in content["sets"]["Crossing"][0]["runs"].values():
-        assert run["end"].endswith("; not the drive that was measured")
+        assert run["end"].endswith("; differs from the measured episode")
 
 
 def test_ways_are_broken_where_somebody_else_takes_the_slot(replays: list[Replay]) -> None:
