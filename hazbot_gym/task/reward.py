@@ -5,13 +5,15 @@ survival bonus; time enters through the arrival term, the remaining share of the
 cost of a standing robot, the burden, has a small weight: a whole episode of it costs less than a
 contact at nominal speed, so that ending an episode by a crash never pays.
 
-| term | range | meaning | |---|---|---| | progress | [0, 1] | reference point's advance in the
-decision / the advance at nominal speed | | intrusion | [0, 1] | deepest intrusion into a personal
-space x the robot's speed / nominal speed | | tracking | [0, 1] | cross-track and heading error,
-squared, 1 at 0.3 m or 0.5 rad | | smoothness | [0, 1] | squared change of the commanded
-speed / nominal speed | | burden | [0, 1] | largest share of a person's desired speed that the robot
-takes away | | contact | [0, 1] | at the end: half for it, half for its speed (1.5 m/s); a fifth if
-by a person | | arrival | [0, 1] | at the end: remaining share of the horizon |
+| term | range | meaning |
+|---|---|---|
+| progress | [0, 1] | reference point's advance in the decision / the advance at nominal speed |
+| intrusion | [0, 1] | deepest intrusion into a personal space x the robot's speed / nominal speed |
+| tracking | [0, 1] | cross-track and heading error, squared, 1 at 0.3 m or 0.5 rad |
+| smoothness | [0, 1] | squared change of the commanded speed / nominal speed |
+| burden | [0, 1] | largest relative loss of a person's desired speed by the robot |
+| contact | [0, 1] | at the end: half for it, half for its speed (1.5 m/s); a fifth if by a person |
+| arrival | [0, 1] | at the end: remaining share of the horizon |
 """
 
 from __future__ import annotations
