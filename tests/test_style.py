@@ -55,8 +55,9 @@ def anchors(page: Path) -> set[str]:
 
 
 def has_anchor(page: Path, anchor: str) -> bool:
-    """Return True if a page has a heading of this anchor, or headings made by the site."""
-    return anchor in anchors(page) or "<!-- made: " in page.read_text(encoding="utf-8")
+    """Return True if a page has a heading of this anchor, or headings that the site adds."""
+    text = page.read_text(encoding="utf-8")
+    return anchor in anchors(page) or "<!-- made: " in text or "```{include}" in text
 
 
 def broken_links(page: Path) -> list[str]:
