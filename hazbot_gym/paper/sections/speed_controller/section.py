@@ -98,7 +98,7 @@ def _text(
         "other 24 are filled in so that DS stops for every pattern, DF never slows, and the speed "
         "kept never grows with a smaller distance or a faster human; the printed 8 are among them "
         f"unchanged. At 2.25 m from somebody encountering at 0.5 m/s, {kept:.3f} is kept.",
-        "The text leaves much open, and most of it matters. Every reading in `readings.py` was "
+        "The text leaves much open, and most of it matters. Every reading in `experiment.py` was "
         "run in the paper's two scenarios; it is unsafe if the robot moves for more than "
         f"{experiment.LONG_S:g} s while the human is within {SENSITIVE_M:g} m, or into the human, "
         "and degenerate if it never recovers, never stops for somebody who comes to 0.8 m, or is "
