@@ -20,8 +20,7 @@ class NumericInfo(VectorWrapper):  # not generic in Gymnasium 1.1
 
     Example:
         >>> import gymnasium, hazbot_gym
-        >>> from hazbot_gym.envs.arguments import Batch, Info
-    from hazbot_gym.envs.numeric_info import NumericInfo
+        >>> from hazbot_gym.envs.numeric_info import NumericInfo
         >>> envs = NumericInfo(gymnasium.make_vec(
         ...     "hazbot_gym/Corridor-v0", 2, "vector_entry_point", autoreset_mode="SameStep"
         ... ))

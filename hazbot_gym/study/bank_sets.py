@@ -68,10 +68,8 @@ def _pair(first: str, second: str) -> tuple[str, Mapping[str, object]]:
 
 
 GROUPS: dict[str, Group] = {
-    "validation": Group("to choose between policies while they are made", FEW, _in(PATTERNS)),
-    "test": Group(
-        "to be reported; met by nobody who makes policies", MANY, _in([*PATTERNS, "Corridor"])
-    ),
+    "validation": Group("model selection", FEW, _in(PATTERNS)),
+    "test": Group("final evaluation; not for development", MANY, _in([*PATTERNS, "Corridor"])),
     "ood/faster": Group("people walk 30 % faster", FEW, _in(PATTERNS, people={"speeds": _FASTER})),
     "ood/blind": Group(
         "people do not notice the robot", FEW, _in(PATTERNS, people={"reactions": [_BLIND] * 4})
@@ -85,10 +83,10 @@ GROUPS: dict[str, Group] = {
         FEW,
         _in(PATTERNS, sensors=_ROUGH),
     ),
-    "ood/delay": Group(
-        "commands obeyed 0.3 s late", FEW, _in(PATTERNS, drive={"latency_steps": 3})
+    "ood/delay": Group("commands delayed by 0.3 s", FEW, _in(PATTERNS, drive={"latency_steps": 3})),
+    "ood/places": Group(
+        "places not used in training", FEW, _in(["Doorway", "Intersection", "Circle"])
     ),
-    "ood/places": Group("places not trained in", FEW, _in(["Doorway", "Intersection", "Circle"])),
     "ood/dense": Group(
         "6 to 10 people, not 2 to 5", FEW, _in(["Corridor"], people={"count": [6, 10]})
     ),

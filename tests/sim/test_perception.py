@@ -347,6 +347,7 @@ def test_cones_in_closed_form_agree_with_rays_cast_by_pymunk(name: str) -> None:
         if decision % 25 != 5:
             continue
         world, robot = env._world, env._world.robots.view(np.recarray)[0]
+        world._place_bodies()
         for body in world._space.bodies:
             world._space.reindex_shapes_for_body(body)
         for sensor, offset in enumerate(np.radians([15.0, -15.0, 90.0, -90.0])):
