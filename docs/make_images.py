@@ -32,11 +32,11 @@ PICTURES = {
 # The animation of the README: the same scenario under three policies, one below the other.
 COMPARISON, COMPARED_IN = "comparison.gif", ("hazbot_gym/Intersection-v0", 2)
 COMPARED = ("constant:1.0", "fuzzy_expert", "ppo")
-EVERY = 3  # decisions from picture to picture
-PICTURES_PER_S = 12
+EVERY = 4  # decisions from picture to picture
+PICTURES_PER_S = 9
 LASTS = 12  # pictures that the end stays for
 SCENE = (0, 56, 960, 362)  # of a picture: the corridor, without the numbers below it
-WIDTH, CAPTION = 640, 24  # pixels
+WIDTH, CAPTION = 560, 24  # pixels
 Image = npt.NDArray[np.uint8]  # (height, width, 3)
 
 
@@ -70,7 +70,7 @@ def panel(env: Any, spec: str, info: Mapping[str, Any]) -> Image:
 def comparison(path: Path) -> None:
     """Save the animation; a drive that is over stays as it ended."""
     drives = [drive(policy, *COMPARED_IN) for policy in COMPARED]
-    colors = np.concatenate([picture for each in drives for picture in each[20:100:20]])
+    colors = np.concatenate([picture for each in drives for picture in each[15:75:15]])
     film = Gif(path, PICTURES_PER_S, colors)
     for k in range(max(map(len, drives)) + LASTS):
         film.add(np.concatenate([each[min(k, len(each) - 1)] for each in drives]))

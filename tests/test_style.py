@@ -18,6 +18,8 @@ PAGES = sorted((ROOT / "docs").glob("*.md"))
 QUESTION = re.compile(r"(Return )?(what|how|who|whose|whom|where|whether)\b", re.IGNORECASE)
 ABSENT = re.compile(r"\b(SPEC|EVALUATION|DESIGN|HOUSE|EVIDENCE)\b")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
+FILE = re.compile(r"`((?:hazbot_gym|configs|benchmarks|docs|tests|train|eval)/[\w./-]+\.\w+)`")
+PROSE = (*PAGES, *ROOT.glob("*.md"), *(ROOT / "train").glob("*.md"))
 DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
@@ -99,3 +101,9 @@ def test_links_of_pages_lead_somewhere(page: Path) -> None:
     if page.name.endswith(".template.md"):
         pytest.skip("placeholders")
     assert broken_links(page) == []
+
+
+@pytest.mark.parametrize("page", PROSE, ids=lambda path: path.name)
+def test_files_that_pages_name_are_there(page: Path) -> None:
+    named = FILE.findall(page.read_text(encoding="utf-8"))
+    assert [name for name in named if not (ROOT / name).exists()] == []

@@ -68,6 +68,15 @@ def digests(paths: Iterable[Path]) -> dict[str, str]:
     return {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in paths}
 
 
+def edited(before: Mapping[str, str]) -> str | None:
+    """Return the first file whose content is no longer that of its ``digests``; else None."""
+    for name, digest in before.items():
+        path = Path(name)
+        if not path.is_file() or digests([path])[name] != digest:
+            return name
+    return None
+
+
 def changed(before: Mapping[str, str], now: Mapping[str, str]) -> str | None:
     """Return the first file that was edited, added or removed, of two ``digests``; else None.
 

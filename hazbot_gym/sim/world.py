@@ -158,7 +158,7 @@ class World:
         self._reactions = np.concatenate([as_record(r) for r in config.people.reactions])
         self._tolerance_m = config.arrival_tolerance_m
         self.robots, self._wheels = records(ROBOT, 1), records(WHEEL, 2)
-        self._lanes, self._bench = records(DRIVE_LANES, 1), make_workspace(0)
+        self._lanes, self._workspace = records(DRIVE_LANES, 1), make_workspace(0)
         self._pending = np.zeros(config.drive.latency_steps + 1)
         self._slack_m = 0.0  # distance to spare in the next social period
         self._x, self._y = self.robots["x"], self.robots["y"]
@@ -182,8 +182,8 @@ class World:
         if not self._wall_shapes or place.walls is not self.place.walls:
             self._build_walls(place)
         self.place, self.people, self._recording = place, people, recording
-        if len(people) > LANES * len(self._bench.walkers):
-            self._bench = make_workspace(len(people))
+        if len(people) > LANES * len(self._workspace.walkers):
+            self._workspace = make_workspace(len(people))
         self._key, self.decision, self.contact = np.uint64(key), 0, None
         self._pending[:] = self._drive.start_speed_mps
         start_drive(
@@ -278,7 +278,7 @@ class World:
             self._clock.social_s,
             self._slack_m,
             self._lanes,
-            self._bench,
+            self._workspace,
         )
         return period
 
@@ -323,7 +323,7 @@ class World:
             self._key,
             step,
             self._clock.social_s,
-            self._bench,
+            self._workspace,
         )
 
     def _place_bodies(self) -> None:

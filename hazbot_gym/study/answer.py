@@ -7,11 +7,10 @@ Of several learned policies, the one with the largest return is compared.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
-from hazbot_gym.evaluation.statistics.pareto import dominated
 from hazbot_gym.study.config import StudyConfig
-from hazbot_gym.study.headline import Headline, headline, pooled_sets
+from hazbot_gym.study.headline import headline, pooled_sets
 from hazbot_gym.utils.json_object import JsonObject
 
 LEARNED = ("learned", "ppo")  # learned policies of the register
@@ -31,23 +30,22 @@ def answer(summary: JsonObject, study: StudyConfig) -> str:
     return f"{_claim(study, best)} in {where}; {_figures(summary, study, best)}."
 
 
-def verdict(summary: JsonObject, study: StudyConfig) -> list[str]:
-    """Return the same in three sentences for a reader: where, by how much, and who is optimal."""
-    best, pareto = _best_learned(summary, study), _pareto(headline(summary), study)
+def verdict(summary: JsonObject, study: StudyConfig, optimal: Sequence[str]) -> list[str]:
+    """Return the same in three sentences: the sets, the figures, and the optimal policies.
+
+    Args:
+        summary: Of the study.
+        study: Its config.
+        optimal: Pareto-optimal policies of the headline; empty if that is undefined.
+    """
+    best = _best_learned(summary, study)
+    pareto = f"Pareto-optimal in time ratio and kinetic intrusion: {', '.join(optimal)}."
+    last = [pareto] if optimal else []
     if best is None:
-        return [answer(summary, study), *pareto]
+        return [answer(summary, study), *last]
     figures = _figures(summary, study, best)
     where = f"{_claim(study, best)} in {_where(summary, study, best)}."
-    return [where, f"{figures[0].upper()}{figures[1:]}.", *pareto]
-
-
-def _pareto(first: Headline, study: StudyConfig) -> list[str]:
-    """Return a sentence on the Pareto-optimal policies; none if no policy has an interval."""
-    if first.episodes < 2:
-        return []
-    beaten = dominated(first.policies)
-    optimal = [name for name in study.names if not beaten[name]]
-    return [f"Pareto-optimal in time ratio and kinetic intrusion: {', '.join(optimal)}."]
+    return [where, f"{figures[0].upper()}{figures[1:]}.", *last]
 
 
 def _best_learned(summary: JsonObject, study: StudyConfig) -> str | None:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.evaluation.inputs import digests, last_change, mark, of_policy, of_set
+from hazbot_gym.evaluation.inputs import digests, edited, last_change, mark, of_policy, of_set
 from hazbot_gym.evaluation.rollout import resolve
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.policies.base import NO_CODE, Permissions
@@ -48,10 +48,13 @@ class Stamps:
         Raises:
             InvalidInput: A file was edited, so that rows may come from either version.
         """
-        for name, (digest, seen) in self._watched.items():
-            path = Path(name)
-            if path.is_file() and (last_change(path) == seen or digests([path])[name] == digest):
-                continue
+        touched = {
+            name: digest
+            for name, (digest, seen) in self._watched.items()
+            if not Path(name).is_file() or last_change(Path(name)) != seen
+        }
+        name = edited(touched)
+        if name is not None:
             raise InvalidInput(
                 f"{name!r} was edited while the study ran; rows from before are kept, run the same "
                 "command again to go on"

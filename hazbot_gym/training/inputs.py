@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.evaluation.inputs import digests, of_policy, of_set
+from hazbot_gym.evaluation.inputs import edited, of_policy, of_set
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.policies.base import NO_CODE, Permissions
 from hazbot_gym.task.observation import LAYOUTS
@@ -28,10 +28,9 @@ def check_unedited(before: Mapping[str, str]) -> None:
     Raises:
         InvalidInput: A file was edited or removed.
     """
-    for name, digest in before.items():
-        path = Path(name)
-        if not path.is_file() or digests([path])[name] != digest:
-            raise InvalidInput(
-                f"{name!r} was edited while the training ran; bring that file back and go on with "
-                "--resume"
-            )
+    name = edited(before)
+    if name is not None:
+        raise InvalidInput(
+            f"{name!r} was edited while the training ran; bring that file back and go on with "
+            "--resume"
+        )

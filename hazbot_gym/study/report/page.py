@@ -141,6 +141,7 @@ def make_page(study: Study) -> str:
     first = headline(study.summary)
     replays = study.replays.chosen
     plots = make_plots(study, blocks, looks)
+    optimal = tables.standing(first.policies).undominated
     return (
         _environment()
         .get_template("page.html")
@@ -159,7 +160,7 @@ def make_page(study: Study) -> str:
             start=first.sets[0],
             plots=plots,
             plot_data=packed_json(plots),
-            verdict=verdict(study.summary, config),
+            verdict=verdict(study.summary, config, optimal),
             pictures={
                 name: maps.picture(some, config.reference_policy) for name, some in replays.items()
             },

@@ -1,4 +1,6 @@
 "use strict";
+document.getElementById("too-old").hidden = "DecompressionStream" in window;
+
 /** Return the text that an element holds compressed (deflate, base64). */
 async function inflate(id) {
   const letters = atob(document.getElementById(id).textContent);

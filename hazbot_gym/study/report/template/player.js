@@ -282,7 +282,6 @@
     event.preventDefault();
   });
 
-  document.getElementById("no-player").hidden = true;
   player.hidden = false;
   chooseSet();
 })();
