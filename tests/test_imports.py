@@ -44,6 +44,7 @@ TRAINING = tuple(
     for name in (
         "algorithms",
         "asymmetric_critic",
+        "callbacks",
         "checkpoints",
         "dagger",
         "feature_mask",

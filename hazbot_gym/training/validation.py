@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import cast
+
 import numpy as np
 
 from hazbot_gym.core.ssm import SsmThresholds
@@ -9,12 +12,13 @@ from hazbot_gym.evaluation import batch_rollout, rollout
 from hazbot_gym.evaluation.metrics import means, measure
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.training.config import TrainConfig, shares
-from hazbot_gym.utils.json_object import JsonObject
 
 ROOT = 0  # root of the seeds: all runs share the validation scenarios
 
+Validated = dict[str, float | None]  # mean of each metric; None if undefined in all episodes
 
-def validate(policy: Policy, config: TrainConfig) -> dict[str, float | None]:
+
+def validate(policy: Policy, config: TrainConfig) -> Validated:
     """Return the mean of each headline metric, and of the cost, over a run's validation scenarios.
 
     The name of a scenario set enters its seeds, and no set of a study has these names.
@@ -33,12 +37,18 @@ def validate(policy: Policy, config: TrainConfig) -> dict[str, float | None]:
     return {**means(rows), "cost": float(np.mean([row["cost"] for row in rows]))}
 
 
-def merit(found: JsonObject, limit: float | None) -> tuple[float, float]:
+def best_of(found: Sequence[Validated], config: TrainConfig) -> Validated:
+    """Return the best of a run's validations; the first one if several are equally good."""
+    limit = config.lagrangian.limit if config.lagrangian else None
+    return max(found, key=lambda each: selection_key(each, limit))
+
+
+def selection_key(found: Validated, limit: float | None) -> tuple[float, float]:
     """Return the selection key of a validation: constraint satisfaction first, then return.
 
     Args:
         found: Result of ``validate``.
         limit: Limit of the mean cost of an episode; None without a limit.
     """
-    excess = 0.0 if limit is None else max(found["cost"] - limit, 0.0)
-    return -excess, found["return"]
+    excess = 0.0 if limit is None else max(cast(float, found["cost"]) - limit, 0.0)
+    return -excess, cast(float, found["return"])

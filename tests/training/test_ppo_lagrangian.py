@@ -14,7 +14,7 @@ from hazbot_gym.training import run as training
 from hazbot_gym.training.config import Lagrangian, TrainConfig, load_training
 from hazbot_gym.training.ppo_lagrangian import MultiplierState, PenalizedEnvs, updated
 from hazbot_gym.training.run import train
-from hazbot_gym.training.validation import merit
+from hazbot_gym.training.validation import selection_key
 from hazbot_gym.training.vec_envs import make_envs
 
 LIVELY: dict[str, Any] = {"place": "doorway", "people": {"count": [2, 4]}, "max_episode_steps": 100}
@@ -106,9 +106,9 @@ def test_the_multiplier_is_shown(tmp_path: Path) -> None:
 
 def test_who_keeps_the_limit_goes_before_who_earns_more() -> None:
     found = [{"cost": c, "return": r} for c, r in ((0.5, 1.0), (1.0, 2.0), (1.5, 9.0), (3.0, 8.0))]
-    assert max(found, key=lambda each: merit(each, 1.0)) == found[1]
-    assert max(found[2:], key=lambda each: merit(each, 1.0)) == found[2]
-    assert max(found, key=lambda each: merit(each, None)) == found[2]
+    assert max(found, key=lambda each: selection_key(each, 1.0)) == found[1]
+    assert max(found[2:], key=lambda each: selection_key(each, 1.0)) == found[2]
+    assert max(found, key=lambda each: selection_key(each, None)) == found[2]
 
 
 @pytest.mark.parametrize(

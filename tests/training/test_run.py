@@ -14,7 +14,7 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 from hazbot_gym import policies
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import Permissions
-from hazbot_gym.training import run as training
+from hazbot_gym.training import callbacks, checkpoints
 from hazbot_gym.training.config import PUPILS, TrainConfig, load_training
 from hazbot_gym.training.run import Result, train
 from hazbot_gym.training.validation import validate
@@ -102,7 +102,7 @@ def test_an_interrupted_run_ends_with_the_weights_of_one_that_was_not(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     unbroken = train(tiny(name), tmp_path / "unbroken")
-    calls, validate = [], training.validate
+    calls: list[Any] = []
 
     def interrupt(*arguments: Any) -> Any:
         calls.append(arguments)
@@ -110,7 +110,7 @@ def test_an_interrupted_run_ends_with_the_weights_of_one_that_was_not(
             raise KeyboardInterrupt
         return validate(*arguments)
 
-    monkeypatch.setattr(training, "validate", interrupt)
+    monkeypatch.setattr(callbacks, "validate", interrupt)
     with pytest.raises(KeyboardInterrupt):
         train(tiny(name), tmp_path / "broken")
     told = io.StringIO()
@@ -177,7 +177,7 @@ def test_a_place_that_is_edited_during_a_run_ends_it_before_a_policy_is_kept(
         return validate(policy, config)
 
     with monkeypatch.context() as context:
-        context.setattr(training, "validate", edited)
+        context.setattr(callbacks, "validate", edited)
         with pytest.raises(InvalidInput, match="lab.yaml' was edited while the training ran"):
             train(run, tmp_path / "run")
     assert not (tmp_path / "run" / "policy.npz").exists()
@@ -207,7 +207,7 @@ def test_the_best_model_on_validation_is_the_one_that_is_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     returns = iter([1.0, 3.0, 2.0, 2.5])
-    monkeypatch.setattr(training, "validate", lambda *_: {"return": next(returns)})
+    monkeypatch.setattr(callbacks, "validate", lambda *_: {"return": next(returns)})
     result = train(tiny(), tmp_path)
     found = read_json(tmp_path / "result.json")
     assert [each["return"] for each in found["validations"]] == [1.0, 3.0, 2.0, 2.5]
@@ -257,14 +257,14 @@ def test_tensorboard_has_terms_outcomes_validation_and_the_usual_curves(tmp_path
 def test_validations_are_drawn_at_once_at_the_step_that_they_were_made_at(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    save, drawn = training.checkpoints.save, []
+    save, drawn = checkpoints.save, []
 
     def look_and_save(folder: Path, model: Any, progress: Any) -> None:
         points = curves_of(tmp_path).Scalars("validation/return")
         drawn.append([(point.step, point.value) for point in points])
         save(folder, model, progress)
 
-    monkeypatch.setattr(training.checkpoints, "save", look_and_save)
+    monkeypatch.setattr(checkpoints, "save", look_and_save)
     train(tiny(), tmp_path)
     found = read_json(tmp_path / "result.json")["validations"]
     told = [(each["step"], pytest.approx(each["return"], rel=1e-6)) for each in found]
@@ -276,7 +276,7 @@ def test_a_policy_that_was_removed_or_damaged_is_written_again_from_the_checkpoi
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, left: int | None
 ) -> None:
     returns = iter([1.0, 2.0, 3.0, 4.0])
-    monkeypatch.setattr(training, "validate", lambda *_: {"return": next(returns)})
+    monkeypatch.setattr(callbacks, "validate", lambda *_: {"return": next(returns)})
     train(tiny(), tmp_path)
     result, policy = (tmp_path / name for name in ("result.json", "policy.npz"))
     before = read_json(result)
@@ -296,7 +296,7 @@ def test_a_policy_that_was_removed_and_cannot_be_written_again_is_told_in_one_li
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     returns = iter([4.0, 3.0, 2.0, 1.0])
-    monkeypatch.setattr(training, "validate", lambda *_: {"return": next(returns)})
+    monkeypatch.setattr(callbacks, "validate", lambda *_: {"return": next(returns)})
     train(tiny(), tmp_path)
     (tmp_path / "policy.npz").unlink()
     with pytest.raises(
