@@ -1,4 +1,4 @@
-"""Who may import whom: the rules of the house, read from the source."""
+"""Import rules between packages: the rules of the house, read from the source."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-SOURCES = sorted((ROOT / "hazbot_gym").rglob("*.py"))
+SOURCES = sorted(path for room in ("hazbot_gym", "tests") for path in (ROOT / room).rglob("*.py"))
 PAGES = sorted((ROOT / "docs").glob("*.md"))
 
 QUESTION = re.compile(r"(Return )?(what|how|who|whose|whom|where|whether)\b", re.IGNORECASE)

@@ -49,7 +49,7 @@ class Timed:
 
 @pytest.fixture
 def timed(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Timed]:
-    """Return what makes cases that move the benchmark's clock."""
+    """Return a function that makes cases that move the benchmark's clock."""
     clock = Clock()
     monkeypatch.setattr(bench, "time", clock)
     return partial(Timed, clock)

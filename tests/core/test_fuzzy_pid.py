@@ -102,7 +102,7 @@ def test_inference_is_that_of_scikit_fuzzy_on_a_grid() -> None:
 
 
 def _strengths(weights: Floats, rules: npt.NDArray[np.int64]) -> Floats:
-    """Return how strongly each output term is asked for: (7, 7) weights and codes to (7,)."""
+    """Return the activation of each output term: (7, 7) weights and codes to (7,)."""
     return np.array([weights[rules == code].max(initial=0.0) for code in range(-3, 4)])
 
 

@@ -27,7 +27,7 @@ from hazbot_gym.core.state import (
 THRESHOLDS = Thresholds()
 NOMINAL_MPS = 0.5
 
-# The paper's scenarios (SPEC section 4): the person's start and velocity; the robot drives along x.
+# Scenarios of docs/paper.md, section 5.1: a person's start and velocity; the robot drives along x.
 SCENARIOS = {
     "E*": ((4.479, 0.800), (-0.5, 0.0), ENCOUNTERING),
     "E5.5": ((5.442, 0.800), (-0.5, 0.0), ENCOUNTERING),

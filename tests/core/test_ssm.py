@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hazbot_gym.core.ssm import SsmThresholds, permitted_speed, protective_distance
 
 # a, T_r: S_p(0.5 m/s), and v_max at clearances of 1.2, 2.0, 3.6 m for v_h = 1.6 and 1.2 m/s:
-# the table of EVALUATION section 3, computed apart from this code.
+# computed apart from this code from the formula of ISO/TS 15066.
 TABLE = [
     ((1.0, 0.1), 1.69, (0.27, 0.64, 1.24), (0.36, 0.79, 1.45)),
     ((1.0, 0.3), 2.11, (0.09, 0.46, 1.06), (0.18, 0.60, 1.26)),

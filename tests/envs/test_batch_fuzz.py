@@ -29,7 +29,7 @@ OPTIONS: list[dict[str, Any]] = [
 
 
 def resident_bytes() -> int:
-    """Return how much memory the process holds."""
+    """Return the memory of the process."""
     return int(Path("/proc/self/statm").read_text().split()[1]) * 4096
 
 

@@ -1,4 +1,4 @@
-"""What a world takes, and that it takes no more with time."""
+"""Memory of a world, which does not grow with time."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hazbot_gym.envs.vector import CorridorVectorEnv
 
 
 def bytes_per_world(few: int = 16, many: int = 80, **arguments: Any) -> float:
-    """Return what one more world takes, Python objects included."""
+    """Return the memory of one more world, Python objects included."""
     CorridorVectorEnv(few, **arguments).reset()  # compiles, which is no world's fault
     sizes = []
     for worlds in (few, many):

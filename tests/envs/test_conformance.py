@@ -1,4 +1,4 @@
-"""What Gymnasium and Stable-Baselines3 expect of an environment, for every id."""
+"""Conformance with Gymnasium's and Stable-Baselines3's checks of an environment, for every id."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ everywhere = pytest.mark.parametrize("env_id", IDS)
 
 
 class Step:
-    """What one step returned, by name."""
+    """Return values of one step, by name."""
 
     def __init__(self, returned: tuple[Any, ...]) -> None:
         self.observation, self.reward, self.terminated, self.truncated, self.info = returned
@@ -502,7 +502,7 @@ LABELS = {f"person{i}_{pattern}" for i in range(3) for pattern in PATTERN_NAMES}
 
 
 def test_no_entry_of_the_observation_is_constant() -> None:
-    """What an id holds fixed: the curvature of a straight or circular path, and some labels of
+    """Constants of an id: the curvature of a straight or circular path, and some labels of
     people, for instance crossing where no route crosses. All of these vary in another id.
     """
     names = set(make()._layout.names)

@@ -1,4 +1,4 @@
-"""The paper's encounters, driven by its fuzzy strategy through the whole environment (SPEC 4.1)."""
+"""The paper's encounters, driven by its fuzzy strategy through the whole environment."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ REFERENCE = json.loads(
     (Path(__file__).parents[1] / "reference" / "behaviour.json").read_text(encoding="utf-8")
 )
 SCENARIOS = REFERENCE["scenarios"]
-DECELERATES, STOPS = 0.98, 0.05  # shares of the nominal speed (SPEC section 4)
+DECELERATES, STOPS = 0.98, 0.05  # shares of the nominal speed
 
 
 @functools.cache

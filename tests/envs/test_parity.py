@@ -40,7 +40,7 @@ RUNS = [
 
 
 class Passed(NamedTuple):
-    """What passed, decision by decision, resets included; a batch has a second axis of worlds."""
+    """Records of all decisions, resets included; a batch has a second axis of worlds."""
 
     observations: npt.NDArray[np.float32]  # (T, width)
     numbers: Floats  # (T, 10): reward, cost, the seven terms, speed of a contact
@@ -292,7 +292,7 @@ COARSE = ("people.mix", "people.reaction_shares", "arrival_tolerance_m")
 
 
 def parts(value: Any) -> dict[str, Any]:
-    """Return what a section or tuple of the config consists of, by name."""
+    """Return the parts of which a section or tuple of the config consists of, by name."""
     if isinstance(value, Section):
         return {name: getattr(value, name) for name in type(value).model_fields}
     fields = getattr(value, "_fields", map(str, range(len(value))))
@@ -320,7 +320,7 @@ def changed(value: Any, path: str, share: float = 0.01) -> Any:
 
 
 class Story(NamedTuple):
-    """What passed in some worlds of the reference engine."""
+    """Records of some worlds of the reference engine."""
 
     config: Config
     taken: npt.NDArray[np.float32]  # (T, N, 1)
@@ -335,7 +335,7 @@ def tell(worlds: int, config: Config) -> Story:
 
 
 def strays(story: Story, leaf: str, share: float = 0.01) -> float:
-    """Return how far the batched engine strays from a story if one number is changed."""
+    """Return the deviation of the batched engine from a story if one number is changed."""
     envs = CorridorVectorEnv(len(story.worlds), changed(story.config, leaf, share))
     batch, _ = in_batch(envs, retelling(story.taken), 5)
     return max(gap(batch, i, reference) for i, reference in enumerate(story.worlds))

@@ -1,4 +1,4 @@
-"""What the default weights of the reward must make true (DESIGN section 1)."""
+"""Properties of the reward under its default weights."""
 
 from __future__ import annotations
 

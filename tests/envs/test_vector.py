@@ -1,4 +1,4 @@
-"""What Gymnasium expects of a vector environment, in all three autoreset modes."""
+"""Conformance with Gymnasium's vector environments, in all three autoreset modes."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def actions(worlds: int, steps: int, seed: int = 0) -> Floats:
 
 
 def play(envs: VectorEnv[Any, Any, Any], steps: int, seed: int = 0) -> list[Any]:
-    """Return what reset and steps return, episodes that are over being reset by hand if need be."""
+    """Return results of reset and steps, episodes that are over being reset by hand if need be."""
     told: list[Any] = [envs.reset(seed=seed)]
     for action in actions(envs.num_envs, steps):
         told.append(envs.step(action))

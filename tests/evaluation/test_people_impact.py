@@ -1,4 +1,4 @@
-"""What people lose by the robot, by hand and in worlds where it makes no difference."""
+"""Costs of the robot to people, by hand and in worlds where it makes no difference."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the paper leaves open, against the prototype's figures of SPEC section 5."""
+"""Details that the paper leaves open, against an earlier prototype (docs/paper.md, section 5.2)."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_a_reference_that_speeds_up_leaves_a_smaller_error() -> None:
 @pytest.mark.parametrize("loop", LOOPS)
 @pytest.mark.parametrize(
     ("change", "percent"),
-    # SPEC section 5 says 0.2 and 3 percent; here it is up to 0.7 and 4.2.
+    # The prototype: 0.2 and 3 percent; here it is up to 0.7 and 4.2 (docs/paper.md, section 5.2).
     [("radius 3.5 m", 1.0), ("steps of 0.005 s", 3.0), ("steps of 0.02 s", 5.0)],
 )
 def test_radius_and_sampling_matter_by_percents(loop: str, change: str, percent: float) -> None:
@@ -99,7 +99,7 @@ def test_noise_leaves_the_largest_error_and_takes_the_third_decimal() -> None:
 
 
 def test_noise_of_the_circle_is_that_of_table_2() -> None:
-    # SPEC section 6: 0.002 m/s at a wheel of 0.2 m, and 0.002 rad.
+    # 0.002 m/s at a wheel of 0.2 m, and 0.002 rad (docs/paper.md, section 5.1a).
     assert NOISE == {"wheel_noise_radps": 0.01, "heading_noise_rad": 0.002}
 
 

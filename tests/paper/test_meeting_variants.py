@@ -1,4 +1,4 @@
-"""What the paper leaves open of its meetings."""
+"""Details of the meetings that the paper leaves open."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_only_wide_terms_with_a_crossing_for_them_meet_all_four_times_of_the_sim
 
 
 def test_wide_terms_cost_a_jump_at_3_m() -> None:
-    assert jump() == pytest.approx(0.09, abs=0.01)  # SPEC section 4.1
+    assert jump() == pytest.approx(0.09, abs=0.01)  # docs/paper.md, section 5.1
 
 
 def test_the_robot_stands_before_a_front_wall_after_the_human_has_passed() -> None:

@@ -20,7 +20,7 @@ from hazbot_gym.paper.sections.meetings.experiment import (
 
 
 def told(name: str) -> float:
-    """Return what the paper reports."""
+    """Return a number of the paper."""
     return reported().numbers[name].paper
 
 
@@ -102,7 +102,7 @@ def test_spread_leaves_out_what_did_not_happen_and_says_in_how_many_it_did() -> 
     assert math.isnan(spread(many)["stops_s"]["mean"])
 
 
-# The simulations' times of SPEC section 4.1, found again; the paper's own are in numbers.yaml.
+# Times of an earlier prototype, found again; the paper's own are in numbers.yaml.
 @pytest.mark.parametrize(
     ("scenario", "decelerates_s", "stops_s", "recovers_s"),
     [("E*", 1.6, 3.7, 11.3), ("E5.5", 2.6, 4.7, None), ("C*", 4.6, 8.5, 16.2),

@@ -1,4 +1,4 @@
-"""What the paper's eight figures say of its motor."""
+"""The paper's motor, searched by its eight figures."""
 
 from __future__ import annotations
 

@@ -5,15 +5,15 @@ import pytest
 from hazbot_gym.paper.sections.circle.experiment import drive_lap, paper_drive
 from hazbot_gym.paper.sections.fuzzy_pid.experiment import LAWS, left_over
 
-# SPEC section 2, plant A. How its prototype took the rates of the error is not known; ours are of
-# the last step's velocity, and leave 4 mm less.
-SPECIFICATION = {"(12c)": 0.0, "measured": 0.094, "rates": 0.086, "positions": 0.029}
+# The earlier prototype, plant A (docs/paper.md, section 3.3). How it took the rates of the error is
+# not known; ours are of the last step's velocity, and leave 4 mm less.
+PROTOTYPE = {"(12c)": 0.0, "measured": 0.094, "rates": 0.086, "positions": 0.029}
 
 
 @pytest.mark.parametrize("law", LAWS)
 def test_the_printed_law_leaves_a_position_error_and_no_angle_error(law: str) -> None:
     left = left_over(law)
-    assert left.position_m == pytest.approx(SPECIFICATION[law], abs=0.005)
+    assert left.position_m == pytest.approx(PROTOTYPE[law], abs=0.005)
     assert left.angle_rad < 0.001
 
 

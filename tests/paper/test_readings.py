@@ -12,7 +12,7 @@ from hazbot_gym.paper.sections.speed_controller.experiment import READINGS
 NEVER = math.nan
 NAMES = tuple(reading.name for reading in READINGS)
 
-# SPEC section 4.2: decelerates, stops, full recovery, seconds moving within 1.5 m; E* and C*.
+# Of the prototype: decelerates, stops, full recovery, seconds moving within 1.5 m; E* and C*.
 # Where this environment differs, and why, is said beside the row.
 SPECIFIED = {
     NAMES[0]: ((1.6, 3.7, 11.3, 0.0), (4.6, 8.5, 16.2, 0.0)),
@@ -30,7 +30,7 @@ SPECIFIED = {
     # 2.4 and 5.6 s and never: the same 3.6 m.
     "eq 8b, t = elapsed time": ((1.1, 3.9, 9.4, 0.0), (3.5, 7.0, 26.4, 0.0)),
     "75 and 90 % of the way from 1.5 to 3.0 m": ((1.6, 3.8, 9.1, 0.0), (4.6, NEVER, 15.7, 0.0)),
-    # SPEC 4.1 has only when it decelerates and stops in E*; the rest is as found here.
+    # Of the prototype only when it decelerates and stops in E* is known; the rest is as found here.
     "all terms of distance 0.25 m wide": ((1.6, 3.5, 9.0, 0.0), (4.6, 7.7, 16.3, 0.0)),
     "slow and fast divided at 0.5 m/s": ((1.6, 3.9, 9.1, 0.0), (4.6, NEVER, 15.9, 0.0)),
     # 1.5 and 2.4 s of moving within 1.5 m: whoever leaves a cone is carried on here.

@@ -43,7 +43,6 @@ def test_both_searches_drive_the_same_number_of_laps_and_come_to_something_bette
 
 
 def test_a_larger_proportional_gain_alone_beats_the_fuzzy_pid() -> None:
-    # SPEC section 5 on plant B: (17, 4, 3) is better in all four figures.
     larger = experiment.run(experiment.pid(PidGains(17.0, 4.0, 3.0)))
     assert larger == pytest.approx((0.089, 0.080, 17.25, 18.97), rel=0.03)
     assert all(np.less(larger, experiment.run(FUZZY)))
@@ -59,8 +58,8 @@ def test_a_tuned_pid_stands_at_its_bound_and_makes_use_of_more_room() -> None:
     assert wide.objective < narrow.objective - 0.1
 
 
-def test_grid_is_that_of_the_specification() -> None:
-    # SPEC section 5 counts 16 of 20 plants; on two of these the robot is off by more than LOST_M.
+def test_grid_is_that_of_the_prototype() -> None:
+    # The prototype counted 16 of 20 plants; on two of these the robot is off by more than LOST_M.
     known, found = REFERENCE["grid"], experiment.grid()
     assert (found.plants, found.in_all) == (known["plants"], known["in_all"])
     assert found.kept == known["counted"] - 2

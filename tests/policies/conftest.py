@@ -36,7 +36,7 @@ def blank() -> type[Blank]:
 
 @pytest.fixture
 def seen() -> Callable[..., Any]:
-    """Return what draws observations of a tier, (500, width)."""
+    """Return a function that draws observations of a tier, (500, width)."""
 
     def draw(tier: str = "tracks") -> Any:
         layout, rng = LAYOUTS[tier], np.random.default_rng(0)
@@ -47,7 +47,7 @@ def seen() -> Callable[..., Any]:
 
 @pytest.fixture
 def observe() -> Callable[..., Any]:
-    """Return what makes the observation of a robot at the origin, driving ahead at v.
+    """Return a function that makes the observation of a robot at the origin, driving ahead at v.
 
     People are given as (x, y, vx, vy); the path ahead is straight.
     """
@@ -67,7 +67,7 @@ def observe() -> Callable[..., Any]:
 
 @pytest.fixture
 def share() -> Callable[..., float]:
-    """Return what asks a policy for its share of the nominal speed."""
+    """Return a function that asks a policy for its share of the nominal speed."""
 
     def asked(policy: Any, observation: Any) -> float:
         return float(policy.predict(observation)[0][0] + 1.0) / 2.0

@@ -41,7 +41,7 @@ class Person(NamedTuple):
 def observe(
     *people: Person, x: float = 0.0, v: float = 0.0, command: float = 0.0, tier: str = "tracks"
 ) -> npt.NDArray[np.float32]:
-    """Return what a robot on the x axis observes."""
+    """Return the observation of a robot on the x axis."""
     robot = records(ROBOT, 1).view(np.recarray)[0]
     robot.x, robot.s, robot.v, robot.command = x, x, v, command
     tracks = records(TRACK, len(people)).view(np.recarray)
@@ -102,14 +102,14 @@ def test_complete_rules_contain_the_printed_ones_and_cover_every_combination() -
 
 
 @pytest.mark.parametrize(("distance_m", "kept"), REFERENCE["kept_encountering_at_0.5_mps"])
-def test_kept_speed_is_that_of_the_specification(distance_m: float, kept: float) -> None:
+def test_kept_speed_is_that_of_the_reference(distance_m: float, kept: float) -> None:
     found = kept_fraction(distance_m, 0.5, BE, FuzzyExpert().controller)
 
     assert found == pytest.approx(kept, abs=REFERENCE["kept_tolerance"])
 
 
-# With the minimum, eq 9 gives way a little where two rules swap places. SPEC 3.4 allows 5e-6 every
-# 2.5 mm; somebody confronting takes 1.2e-5.
+# With the minimum, eq 9 gives way a little where two rules swap places: up to 1.2e-5 every 2.5 mm,
+# for a person confronting.
 @pytest.mark.parametrize(
     ("t_norm", "slack_distance", "slack_speed"), [("product", 0.0, 1e-12), ("min", 2e-5, 0.005)]
 )
@@ -175,8 +175,8 @@ def test_robot_whose_speed_is_reduced_recursively_never_recovers(name: str) -> N
     assert meeting.kept[-1] < 0.05
 
 
-# What SPEC section 4.2 found and the environment does not: there a pattern is known within 3.6 m
-# only, and a drive brakes within limits.
+# The environment differs (docs/paper.md, section 3.2.3): there a pattern is known within 3.6 m,
+# and a drive brakes within limits.
 @pytest.mark.parametrize(
     ("expert", "name", "decelerates_s", "stops_s", "recovers_s"),
     [

@@ -25,7 +25,7 @@ def observe(
     bearing_cos: float = 1.0,
     closing_mps: float = 0.5,
 ) -> npt.NDArray[np.float32]:
-    """Return what a robot sees of one person."""
+    """Return a robot's observation of one person."""
     seen = {
         "speed_mps": v,
         "command_mps": command,

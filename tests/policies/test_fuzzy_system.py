@@ -61,7 +61,7 @@ def outputs(expert: FuzzyExpert) -> Floats:
 
 
 def within_limits(kept: Floats, controller: SpeedRules) -> Floats:
-    """Return what the rules say between R_s and R_max, 0 nearer and 1 farther."""
+    """Return the answer of the rules between R_s and R_max, 0 nearer and 1 farther."""
     kept = np.where(GRID[0] <= controller.sensitive_m, 0.0, kept)
     return np.where(GRID[0] > controller.avoidance_m, 1.0, kept)
 
@@ -124,7 +124,7 @@ def test_control_system_s_answer_is_the_centroid() -> None:
             kept, abs=0.002
         )
         mean = kept_fraction(distance, speed, code, FuzzyExpert().controller)
-        assert abs(mean - kept) < 0.21  # as far as SPEC section 7 found the two apart
+        assert abs(mean - kept) < 0.21
 
 
 def asked(system: Any, distance: float, speed: float, code: int) -> Any:

@@ -42,7 +42,7 @@ def first_of_plan(people: npt.ArrayLike, speed: float, command: float) -> float:
 
 
 def value(levels: tuple[int, ...], people: npt.NDArray[np.float64], command: float) -> float:
-    """Return what a plan earns, one stage after the other."""
+    """Return the reward of a plan, one stage after the other."""
     place, earned = 0, 0.0
     for t in range(1, STAGES + 1):
         i, j = levels[t - 1], levels[t]

@@ -20,7 +20,7 @@ TAU_S, DT_S = HELBING_MOLNAR_1995.relaxation_time_s, 0.1
 def observe(
     *people: tuple[float, float], v: float = 0.5, closing_mps: float = 0.0
 ) -> npt.NDArray[np.float32]:
-    """Return what a robot at v sees of people at a clearance [m] and a bearing [deg]."""
+    """Return the observation by a robot at v of people at a clearance [m] and a bearing [deg]."""
     seen = {"speed_mps": v}
     for i, (clearance_m, bearing_deg) in enumerate(people):
         seen[f"person{i}_present"] = 1.0

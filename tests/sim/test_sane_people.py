@@ -1,4 +1,4 @@
-"""Sane people (DESIGN section 2): every contact statistic rests on walkers who mind a robot.
+"""Sane people: every contact statistic rests on walkers who mind a robot.
 
 A robot stands still, at the start of its path or farther along it, while drawn social-force people
 walk by; a compiled loop watches them at every physics step until the last one has left.
@@ -144,7 +144,7 @@ def robot_on_path(place: Place, share: float) -> Records:
 
 @functools.cache
 def walkers(place_name: str, share: float, periods: int = LONGEST) -> npt.NDArray[np.void]:
-    """Return what was seen of everybody who came by a standing robot."""
+    """Return the observations of everybody who came by a standing robot."""
     config = make_config(place=place_name)
     source = Source(config)
     force = as_record(config.people.force)

@@ -58,7 +58,7 @@ def distance(a: Floats, b: Floats) -> float:
 
 
 def after(people: Records) -> Floats:
-    """Return where everybody is after the step."""
+    """Return all positions after the step."""
     moved = [people[x] + people[v] * DT_S for x, v in (("x", "next_vx"), ("y", "next_vy"))]
     return np.stack(moved, axis=-1)
 

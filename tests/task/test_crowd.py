@@ -61,7 +61,7 @@ def draw(people: Records, place: Place, crowds: Records, shares: Floats, key: np
 
 
 def sampler(place: Place, **section: Any) -> Callable[[int], Records]:
-    """Return what draws the people of a key in a place, under a config's section ``people``."""
+    """Return a sampler of the people of a key in a place, under a config's section ``people``."""
     config = People.model_validate(section)
     crowd = as_record(crowd_of(config, place, NOMINAL_MPS))
     shares = np.cumsum(config.reaction_shares) / sum(config.reaction_shares)

@@ -1,4 +1,4 @@
-"""What is hidden moves no network, in training or exported, and the base sees it all the same."""
+"""Masked features move no network, in training or exported, and the base sees it all the same."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run's environments add to those of Stable-Baselines3, held to single environments."""
+"""Additions of a run's environments to those of Stable-Baselines3, held to single environments."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ def sequences(lattice: Lattice, length: int, level: int = 0) -> Iterator[list[in
 
 
 def returns_of(config: Config, commands: Floats, seed: int) -> Floats:
-    """Return what sequences of commands (N, T) as shares of the nominal speed earn in a world."""
+    """Return the returns of commands (N, T), shares of the nominal speed, in a world."""
     worlds = CorridorVectorEnv(len(commands), config, autoreset_mode="Disabled")
     worlds.reset(seed=[seed] * len(commands))
     live, total = np.ones(len(commands), np.bool_), np.zeros(len(commands))

@@ -47,7 +47,7 @@ def additive_scores(seeds: int, scenarios: int, rng: np.random.Generator) -> Flo
 
 
 def coverage(draws: CrossedDraws, statistic: Statistic = crossed_mean) -> float:
-    """Return how often the interval holds the truth, 0.
+    """Return the share of intervals that hold the truth, 0.
 
     Draws know nothing of the scores, so one large set of them serves all studies.
     """
