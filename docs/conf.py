@@ -30,7 +30,7 @@ extensions = [
     "animations",
     "results",
 ]
-exclude_patterns = ["_build", "_ext", "*.template.md"]
+exclude_patterns = ["_build", "_ext", "_templates_md"]
 nitpicky = False
 
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "fieldlist"]

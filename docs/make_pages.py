@@ -1,27 +1,32 @@
-"""Write the pages that records make: ``python docs/make_pages.py``."""
+"""Write the pages and tables that records make: ``python docs/make_pages.py``."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import benchmark_pages
 import paper_page
 import study_report
 
-from hazbot_gym.bench import report as bench_report
-from hazbot_gym.bench import training_report
-from hazbot_gym.calibration import report as calibration_report
-from hazbot_gym.evaluation.oracle import headroom_report
 from hazbot_gym.utils.files import read_json
 
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
+TEMPLATES, TABLES = DOCS / "_templates_md", DOCS / "tables"
 
 
 class Page(NamedTuple):
-    """A page, what makes it of its template, and of which record; others by argument."""
+    """A page of the documentation, with the record and the template that it is made of.
+
+    Attributes:
+        name: of the page and of its template, without ``.md``.
+        fill: a function of template, record and the record's name that returns the page.
+        record: path of the record.
+        others: paths of further records, by argument of ``fill``.
+    """
 
     name: str
     fill: Callable[..., str]
@@ -29,36 +34,49 @@ class Page(NamedTuple):
     others: Mapping[str, Path] = MappingProxyType({})
 
     def text(self) -> str:
-        """Return what the template and the record make."""
-        template = (DOCS / f"{self.name}.template.md").read_text(encoding="utf-8")
+        """Return the page."""
+        template = (TEMPLATES / f"{self.name}.md").read_text(encoding="utf-8")
         name = self.record.relative_to(ROOT).as_posix()
         others = {argument: read_json(path) for argument, path in self.others.items()}
         return self.fill(template, read_json(self.record), name=name, **others)
 
 
 RECORDS = ROOT / "benchmarks"
+PAPER = RECORDS / "paper.json"
+STUDY = RECORDS / "study.json"
+CALIBRATION = RECORDS / "calibration.json"
 PAGES = (
-    Page("performance", bench_report.page, RECORDS / "bench.json"),
-    Page("headroom", headroom_report.page, RECORDS / "headroom.json"),
-    Page("people", calibration_report.page, RECORDS / "calibration.json"),
-    Page("training", training_report.page, RECORDS / "training.json"),
-    Page("study", study_report.page, RECORDS / "study.json"),
-    Page(
-        "paper",
-        paper_page.page,
-        RECORDS / "paper.json",
-        {"calibration": RECORDS / "calibration.json"},
-    ),
+    Page("performance", benchmark_pages.performance, RECORDS / "bench.json"),
+    Page("headroom", benchmark_pages.headroom_by_environment, RECORDS / "headroom.json"),
+    Page("people", benchmark_pages.people, CALIBRATION),
+    Page("training", benchmark_pages.training_speed, RECORDS / "training.json"),
+    Page("study", study_report.page, STUDY),
+    Page("study_tables", study_report.page, STUDY),
+    Page("paper", paper_page.page, PAPER, {"calibration": CALIBRATION}),
+    Page("paper_tables", paper_page.page, PAPER, {"calibration": CALIBRATION}),
 )
 
 README, END = ROOT / "README.md", "<!-- end -->"
 
 
+def tables() -> dict[Path, str]:
+    """Return the tables in CSV that pages offer, by path."""
+    study, paper = read_json(STUDY), read_json(PAPER)
+    found: dict[str, str] = {
+        f"study-{part}": study_report.csv_of(study[part]["together"])
+        for part in ("tracks", "sonar", "observations")
+    }
+    found |= {"paper-lines": paper_page.csv_of_lines(paper)}
+    found |= {"paper-numbers": paper_page.csv_of_numbers(paper)}
+    return {TABLES / f"{name}.csv": text for name, text in found.items()}
+
+
 def readme() -> str:
     """Return the README with its table and its speeds as the records have them."""
     text = README.read_text(encoding="utf-8")
-    text = _filled(text, "study", study_report.readme_table(read_json(RECORDS / "study.json")))
-    return _filled(text, "speed", bench_report.readme_line(read_json(RECORDS / "bench.json")))
+    text = _filled(text, "study", study_report.readme_table(read_json(STUDY)))
+    bench: dict[str, Any] = read_json(RECORDS / "bench.json")
+    return _filled(text, "speed", benchmark_pages.readme_speed(bench))
 
 
 def _filled(text: str, block: str, content: str) -> str:
@@ -71,3 +89,6 @@ if __name__ == "__main__":
     README.write_text(readme(), encoding="utf-8")
     for page in PAGES:
         (DOCS / f"{page.name}.md").write_text(page.text(), encoding="utf-8")
+    TABLES.mkdir(exist_ok=True)
+    for path, text in tables().items():
+        path.write_text(text, encoding="utf-8")

@@ -5,10 +5,12 @@ from __future__ import annotations
 from string import Template
 from typing import Any
 
+from table_text import csv_table, markdown_table
+
 from hazbot_gym.calibration.report import DIFFERENCES, difference_rows
 from hazbot_gym.paper.tables import shown, summary_line
 from hazbot_gym.utils.json_object import JsonObject
-from hazbot_gym.utils.text_tables import Rows, markdown_table
+from hazbot_gym.utils.text_tables import Rows
 
 Record = JsonObject
 LINES = ("item", "what", "here", "in the code")
@@ -34,6 +36,24 @@ def page(template: str, record: Record, *, name: str, calibration: dict[str, Any
         numbers=markdown_table(NUMBERS, number_rows(record), wordy=("where", "verdict")),
         missed=markdown_table(MISSED, missed_rows(record), wordy=("verdict", "why")),
     )
+
+
+def csv_of_lines(record: Record) -> str:
+    """Return every equation, table and figure as CSV."""
+    titles = ("item", "what", "status", "note", "code")
+    return csv_table(
+        titles,
+        [
+            [*(line[name] for name in titles[:-1]), " ".join(line["code"])]
+            for line in record["lines"]
+        ],
+    )
+
+
+def csv_of_numbers(record: Record) -> str:
+    """Return every reported number as CSV."""
+    fields = ("what", "source", "paper", "here", "tolerance", "unit", "verdict", "reason")
+    return csv_table(fields, [[entry[name] for name in fields] for entry in record["numbers"]])
 
 
 def findings(record: Record) -> list[str]:

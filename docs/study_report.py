@@ -8,10 +8,11 @@ from typing import Any
 
 from study_record import TOGETHER
 from study_targets import Target, sonar_targets, tracks_targets
+from table_text import csv_table, markdown_table
 
 from hazbot_gym.evaluation.statistics.pareto import dominates
 from hazbot_gym.study.headline import POOLED, TEST, scenarios_of
-from hazbot_gym.utils.text_tables import Rows, markdown_table, shown
+from hazbot_gym.utils.text_tables import Rows, shown
 
 Record = dict[str, Any]
 Estimate = Mapping[str, float | None]
@@ -45,7 +46,7 @@ DIRECTIONAL = "ssm:mode=directional"
 
 def page(template: str, record: Record, *, name: str) -> str:
     """Return the page on the study: a template with its placeholders filled in."""
-    filled = {"record": name}
+    filled = {"record": name, "answer": readme_table(record)}
     for study in ("tracks", "sonar", "observations"):
         filled |= {f"{study}_{part}": text for part, text in _parts(record[study]).items()}
     filled["tracks_targets"] = _targets(tracks_targets(record["tracks"]))
@@ -69,6 +70,20 @@ def readme_table(record: Record) -> str:
         ],
     )
     return f"{table}\n{note}"
+
+
+def csv_of(sets: Record) -> str:
+    """Return mean and interval of each metric of each policy in each set of scenarios, as CSV."""
+    ends = ("mean", "low", "high")
+    return csv_table(
+        ("scenarios", "policy", "metric", *ends),
+        [
+            (name, policy, metric, *(estimate[end] for end in ends))
+            for name, policies in sets.items()
+            for policy, found in policies.items()
+            for metric, estimate in found["metrics"].items()
+        ],
+    )
 
 
 def _parts(found: Record) -> dict[str, str]:

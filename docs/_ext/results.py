@@ -1,8 +1,7 @@
-"""Figures and tables of the page on results, made at build time of the committed records."""
+"""Figures of the page on results, drawn at build time from the committed records."""
 
 from __future__ import annotations
 
-import csv
 import re
 from pathlib import Path
 from typing import Any
@@ -148,7 +147,7 @@ FIGURES = {
 
 
 def write(app: Sphinx) -> None:
-    """Write all figures in two shades, and the long tables as CSV."""
+    """Write all figures in two shades."""
     if app.builder.format != "html":
         return
     folder = Path(app.outdir) / FOLDER
@@ -163,21 +162,6 @@ def write(app: Sphinx) -> None:
                 drawn.savefig(
                     folder / f"{figure}-{name}.svg", transparent=True, metadata={"Date": None}
                 )
-    for part in ("tracks", "sonar", "observations"):
-        write_table(folder / f"study-{part}.csv", study[part]["together"])
-
-
-def write_table(path: Path, sets: dict[str, Any]) -> None:
-    """Write mean and interval of every metric of every policy in every set."""
-    with path.open("w", encoding="utf-8", newline="") as file:
-        out = csv.writer(file)
-        out.writerow(("scenarios", "policy", "metric", "mean", "low", "high"))
-        for name, policies in sets.items():
-            for policy, found in policies.items():
-                for metric, value in found["metrics"].items():
-                    out.writerow(
-                        (name, policy, metric, *(value[k] for k in ("mean", "low", "high")))
-                    )
 
 
 def html(figure: str, text: str) -> str:

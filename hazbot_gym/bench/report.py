@@ -1,15 +1,14 @@
-"""Benchmark results, as tables on the terminal and as a page of the documentation."""
+"""Benchmark results, as tables on the terminal."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from string import Template
 
 from rich.console import Group
 
-from hazbot_gym.bench.cases import CARTPOLE, CORRIDOR, batched
+from hazbot_gym.bench.cases import CARTPOLE, CORRIDOR
 from hazbot_gym.utils.json_object import JsonObject
-from hazbot_gym.utils.text_tables import Rows, console_table, markdown_table, shown
+from hazbot_gym.utils.text_tables import Rows, console_table, shown
 
 Record = JsonObject
 
@@ -35,42 +34,14 @@ def table(record: Record) -> Group:
     )
 
 
-def page(template: str, record: Record, *, name: str) -> str:
-    """Return the page on performance: a template with its placeholders filled in.
-
-    ``$rates``, ``$parts``, ``$goals`` and ``$once`` are tables, ``$record`` the record's name,
-    ``$turns`` and ``$what`` its own; ``$processor``, ``$cores``, ``$system``, ``$python`` and
-    ``$numba`` describe the machine.
-    """
-    tables = {
-        "rates": markdown_table(RATES, rate_rows(record)),
-        "goals": markdown_table(GOALS, goal_rows(record)),
-        "parts": markdown_table(PARTS, part_rows(record)),
-        "once": markdown_table(ONCE, once_rows(record)),
-    }
-    plain = {"record": name, "what": record["what"], "turns": record["turns"]}
-    return Template(template).substitute(tables, **plain, **record["machine"])
-
-
-def readme_line(record: Record) -> str:
-    """Return the speeds that the README names."""
-    machine, batch = record["machine"], record["cases"][batched(1024, 4)]
-    rate, ratio = _rate(record[CORRIDOR])
-    many, times = _rate(batch)
-    return (
-        f"{rate.partition(' (')[0]} steps a second in one environment ({ratio} of CartPole-v1's in "
-        f"the same run), {many.partition(' (')[0]} in\na batch of 1024 with four people each "
-        f"({times} times one CartPole-v1), on {machine['cores']} cores of {machine['processor']}."
-    )
-
-
 def rate_rows(record: Record) -> Rows:
     """Return name, rate and ratio to CartPole-v1 of every case."""
     cases = {name: record[name] for name in (CARTPOLE, CORRIDOR)} | record["cases"]
-    return [(name, *_rate(case)) for name, case in cases.items()]
+    return [(name, *rate(case)) for name, case in cases.items()]
 
 
-def _rate(case: Record) -> tuple[str, str]:
+def rate(case: Record) -> tuple[str, str]:
+    """Return the rate of a case with its quartiles, and its ratio to CartPole-v1."""
     low, high = (shown(value) for value in case["steps_per_s_quartiles"])
     return f"{shown(case['steps_per_s'])} ({low} to {high})", shown(case["to_cartpole"])
 

@@ -1,15 +1,14 @@
-"""Training benchmark results, as tables on the terminal and as a page of the documentation."""
+"""Training benchmark results, as tables on the terminal."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from string import Template
 
 from rich.console import Group
 
 from hazbot_gym.bench import report
 from hazbot_gym.utils.json_object import JsonObject
-from hazbot_gym.utils.text_tables import console_table, markdown_table, shown
+from hazbot_gym.utils.text_tables import console_table, shown
 
 Record = JsonObject
 
@@ -28,16 +27,6 @@ def table(record: Record) -> Group:
         f"{machine['processor']}, {machine['cores']} cores, "
         f"load {record['load_before']:.1f} before",
     )
-
-
-def page(template: str, record: Record, *, name: str) -> str:
-    """Return the page on training: a template with its placeholders filled in."""
-    tables = {
-        "goals": markdown_table(GOALS, list(goal_rows(record))),
-        "runs": markdown_table(RUNS, list(run_rows(record))),
-    }
-    plain = {"record": name, "episodes": record["episodes"]}
-    return Template(template).substitute(tables, **plain, **record["machine"])
 
 
 def goal_rows(record: Record) -> Iterator[tuple[str, ...]]:

@@ -1,13 +1,11 @@
-"""Calibration results, as tables on the terminal and as a page of the documentation."""
+"""Calibration results, as tables on the terminal."""
 
 from __future__ import annotations
-
-from string import Template
 
 from rich.console import Group
 
 from hazbot_gym.utils.json_object import JsonObject
-from hazbot_gym.utils.text_tables import Rows, console_table, markdown_table, shown
+from hazbot_gym.utils.text_tables import Rows, console_table, shown
 
 Record = JsonObject
 
@@ -27,25 +25,6 @@ def tables(record: Record) -> Group:
     more = ((DISTANCES, distance_rows), (PERCENTILES, percentile_rows))
     shown_tables = [console_table(titles, rows(record)) for titles, rows in (*blocks, *more)]
     return Group(*(part for each in shown_tables for part in (each, "")), _verdict(record))
-
-
-def page(template: str, record: Record, *, name: str) -> str:
-    """Return the page about people: a template with its placeholders filled in."""
-    judged = [run for run in record["runs"] if not run["fitted_on"]]
-    reached, missed = ([run for run in judged if is_near(run, record) == near] for near in (1, 0))
-    return Template(template).substitute(
-        record=name,
-        count={4: "Four", 5: "Five"}[len(record["fitted"])],
-        goal=shown(record["goal_mps"]),
-        densest=shown(record["densest_per_m2"]),
-        reached=_names(reached),
-        missed=_names(missed),
-        constants=markdown_table(CONSTANTS, constant_rows(record)),
-        losses=markdown_table(LOSSES, loss_rows(record)),
-        speeds=markdown_table(SPEEDS, speed_rows(record)),
-        distances=markdown_table(DISTANCES, distance_rows(record)),
-        percentiles=markdown_table(PERCENTILES, percentile_rows(record)),
-    )
 
 
 def is_near(run: Record, record: Record) -> bool:
@@ -120,7 +99,3 @@ def _verdict(record: Record) -> str:
 
 def _name(run: Record) -> str:
     return f"{run['run']} (fitted on)" if run["fitted_on"] else str(run["run"])
-
-
-def _names(runs: list[Record]) -> str:
-    return ", ".join(f"`{run['run']}`" for run in runs) or "none"

@@ -1,4 +1,4 @@
-"""Rows of text as a table on the terminal or in Markdown, right-aligned but for column 1."""
+"""Rows of text as a table on the terminal, right-aligned but for the first column."""
 
 from __future__ import annotations
 
@@ -27,9 +27,3 @@ def console_table(
     for row in rows:
         table.add_row(*row)
     return table
-
-
-def markdown_table(titles: tuple[str, ...], rows: Rows, *, wordy: tuple[str, ...] = ()) -> str:
-    """Return rows as a table in Markdown; text columns, given by title, are left-aligned."""
-    rule = ["---", *["---" if title in wordy else "---:" for title in titles[1:]]]
-    return "\n".join(f"| {' | '.join(cells)} |" for cells in (titles, rule, *rows))

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from hazbot_gym.bench.report import page, shown, table
+from hazbot_gym.bench.report import shown, table
 
 
 @pytest.mark.parametrize(
@@ -37,15 +37,3 @@ def test_terminal_shows_cases_goals_and_machine(record: dict[str, Any]) -> None:
         record["machine"]["processor"],
     ):
         assert text in out.getvalue()
-
-
-def test_page_is_the_template_with_tables_and_machine(record: dict[str, Any]) -> None:
-    text = page("On $processor, see $record:\n$rates\n$goals\n$once", record, name="b/x.json")
-    assert text.startswith(f"On {record['machine']['processor']}, see b/x.json:\n| steps a second")
-    assert "| batched, 1024 worlds, 4 people, to CartPole-v1 | at least 9 | " in text
-    assert "| 3 episodes of fuzzy_expert, records written | " in text
-
-
-def test_a_placeholder_that_is_none_is_an_error(record: dict[str, Any]) -> None:
-    with pytest.raises(KeyError, match="speed"):
-        page("$speed", record, name="x")

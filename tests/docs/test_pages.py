@@ -29,5 +29,12 @@ def test_page_is_what_the_script_makes_of_the_record(page: Any) -> None:
     assert (ROOT / "docs" / f"{page.name}.md").read_text(encoding="utf-8") == page.text()
 
 
+def test_csv_tables_are_what_the_script_makes_of_the_records() -> None:
+    made = MAKE.tables()
+    assert {*made} == {*MAKE.TABLES.glob("*.csv")}
+    for path, text in made.items():
+        assert path.read_text(encoding="utf-8") == text
+
+
 def test_the_readme_has_the_headline_of_the_study() -> None:
     assert (ROOT / "README.md").read_text(encoding="utf-8") == MAKE.readme()

@@ -1,0 +1,115 @@
+"""The pages on performance, training speed, headroom and people, from their committed records."""
+
+from __future__ import annotations
+
+from string import Template
+
+from table_text import markdown_table as table
+
+from hazbot_gym.bench import report as bench
+from hazbot_gym.bench import training_report as training
+from hazbot_gym.bench.cases import CORRIDOR, batched
+from hazbot_gym.calibration import report as calibration
+from hazbot_gym.evaluation.oracle import headroom_report as headroom
+from hazbot_gym.utils.json_object import JsonObject
+from hazbot_gym.utils.text_tables import Rows, shown
+
+Record = JsonObject
+
+ROOM = ("environment", "room", "left by")
+
+
+def performance(template: str, record: Record, *, name: str) -> str:
+    """Return the page on performance: a template with its placeholders filled in.
+
+    Args:
+        template: With ``$`` placeholders.
+        record: Of ``hazbot bench --json``.
+        name: Of its file, from the root of the repository.
+    """
+    return Template(template).substitute(
+        record["machine"],
+        record=name,
+        what=record["what"],
+        turns=record["turns"],
+        rates=table(bench.RATES, bench.rate_rows(record)),
+        goals=table(bench.GOALS, bench.goal_rows(record)),
+        parts=table(bench.PARTS, bench.part_rows(record)),
+        once=table(bench.ONCE, bench.once_rows(record)),
+    )
+
+
+def readme_speed(record: Record) -> str:
+    """Return the speeds that the README names."""
+    machine, batch = record["machine"], record["cases"][batched(1024, 4)]
+    rate, ratio = bench.rate(record[CORRIDOR])
+    many, times = bench.rate(batch)
+    return (
+        f"{rate.partition(' (')[0]} steps a second in one environment ({ratio} of CartPole-v1's in "
+        f"the same run), {many.partition(' (')[0]} in\na batch of 1024 with four people each "
+        f"({times} times one CartPole-v1), on {machine['cores']} cores of {machine['processor']}."
+    )
+
+
+def training_speed(template: str, record: Record, *, name: str) -> str:
+    """Return the page on training speed; arguments as for ``performance``."""
+    return Template(template).substitute(
+        record["machine"],
+        record=name,
+        episodes=record["episodes"],
+        goals=table(training.GOALS, list(training.goal_rows(record))),
+        runs=table(training.RUNS, list(training.run_rows(record))),
+    )
+
+
+def people(template: str, record: Record, *, name: str) -> str:
+    """Return the page on the pedestrian model; arguments as for ``performance``."""
+    judged = [run for run in record["runs"] if not run["fitted_on"]]
+    reached, missed = (
+        [run["run"] for run in judged if calibration.is_near(run, record) == near]
+        for near in (True, False)
+    )
+    return Template(template).substitute(
+        record=name,
+        count={4: "Four", 5: "Five"}[len(record["fitted"])],
+        goal=shown(record["goal_mps"]),
+        densest=shown(record["densest_per_m2"]),
+        reached=_names(reached),
+        missed=_names(missed),
+        constants=table(calibration.CONSTANTS, calibration.constant_rows(record)),
+        losses=table(calibration.LOSSES, calibration.loss_rows(record)),
+        speeds=table(calibration.SPEEDS, calibration.speed_rows(record)),
+        distances=table(calibration.DISTANCES, calibration.distance_rows(record)),
+        percentiles=table(calibration.PERCENTILES, calibration.percentile_rows(record)),
+    )
+
+
+def headroom_by_environment(template: str, record: Record, *, name: str) -> str:
+    """Return the page on headroom; arguments as for ``performance``."""
+    wide = [
+        env for env, found in record["environments"].items() if found["room"] >= record["enough"]
+    ]
+    narrow = [env for env in record["environments"] if env not in wide]
+    return Template(template).substitute(
+        record=name,
+        episodes=record["episodes"],
+        enough=headroom.percent(record["enough"]),
+        wide=_names(wide),
+        narrow=_names(narrow),
+        rooms=table(ROOM, room_rows(record)),
+        families=table(headroom.TITLES, headroom.family_rows(record)),
+    )
+
+
+def room_rows(record: Record) -> Rows:
+    """Return the headroom of every environment, and the best rule."""
+    rows: Rows = []
+    for env, found in record["environments"].items():
+        rules = {name: row for name, row in found["families"].items() if name != "fuzzy_expert"}
+        best = max(rules.values(), key=lambda row: row["share"])
+        rows.append((f"`{env}`", headroom.percent(found["room"]), f"`{best['policy']}`"))
+    return rows
+
+
+def _names(names: list[str]) -> str:
+    return ", ".join(f"`{name}`" for name in names) or "none"

@@ -1,0 +1,24 @@
+"""Tables as text in Markdown and CSV, for the pages that records make."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+
+from hazbot_gym.utils.text_tables import Rows
+
+
+def markdown_table(titles: tuple[str, ...], rows: Rows, *, wordy: tuple[str, ...] = ()) -> str:
+    """Return rows in Markdown; the first column and those titled in ``wordy`` are left-aligned."""
+    rule = ["---", *["---" if title in wordy else "---:" for title in titles[1:]]]
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in (titles, rule, *rows))
+
+
+def csv_table(titles: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """Return rows as CSV with a line of titles; None is an empty cell."""
+    text = io.StringIO()
+    out = csv.writer(text, lineterminator="\n")
+    out.writerow(titles)
+    out.writerows(rows)
+    return text.getvalue()
