@@ -7,7 +7,7 @@ Of several learned policies, the one with the largest return is compared.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.headline import headline, pooled_sets
@@ -30,15 +30,10 @@ def answer(summary: JsonObject, study: StudyConfig) -> str:
     return f"{_claim(study, best)} in {where}; {_figures(summary, study, best)}."
 
 
-def verdict(summary: JsonObject, study: StudyConfig, optimal: Sequence[str]) -> list[str]:
-    """Return the same in three sentences: the sets, the figures, and the optimal policies.
-
-    Args:
-        summary: Of the study.
-        study: Its config.
-        optimal: Pareto-optimal policies of the headline; empty if that is undefined.
-    """
+def verdict(summary: JsonObject, study: StudyConfig) -> list[str]:
+    """Return the same in three sentences: the sets, the figures, and the optimal policies."""
     best = _best_learned(summary, study)
+    optimal = pareto_optimal(headline(summary).policies)
     pareto = f"Pareto-optimal in time ratio and kinetic intrusion: {', '.join(optimal)}."
     last = [pareto] if optimal else []
     if best is None:
@@ -46,6 +41,11 @@ def verdict(summary: JsonObject, study: StudyConfig, optimal: Sequence[str]) -> 
     figures = _figures(summary, study, best)
     where = f"{_claim(study, best)} in {_where(summary, study, best)}."
     return [where, f"{figures[0].upper()}{figures[1:]}.", *last]
+
+
+def pareto_optimal(policies: JsonObject) -> list[str]:
+    """Return the Pareto-optimal policies of a set; empty if that is undefined."""
+    return [policy for policy, result in policies.items() if result["dominated_by"] == []]
 
 
 def _best_learned(summary: JsonObject, study: StudyConfig) -> str | None:

@@ -29,7 +29,7 @@ from hazbot_gym.policies.guard import Actions, Observations
 from hazbot_gym.study import store
 from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.headline import headline_sets
-from hazbot_gym.study.report.replays import Drive, Replay, Replays, drive_of, rows_of
+from hazbot_gym.study.replay_records import Drive, Replay, Replays, drive_of, rows_of
 from hazbot_gym.task.scenario import Source
 from hazbot_gym.utils.json_object import JsonObject
 

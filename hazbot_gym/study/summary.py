@@ -23,6 +23,7 @@ from hazbot_gym.evaluation.statistics.crossed_bootstrap import (
 from hazbot_gym.evaluation.statistics.intervals import Estimate, percentile_interval, wilson
 from hazbot_gym.evaluation.statistics.multiple_comparisons import bootstrap_p_value, holm
 from hazbot_gym.evaluation.statistics.paired_scores import differences, improvements, pair_draws
+from hazbot_gym.evaluation.statistics.pareto import standing
 from hazbot_gym.evaluation.statistics.regret import regrets
 from hazbot_gym.evaluation.statistics.robust_means import (
     conditional_value_at_risk,
@@ -30,7 +31,7 @@ from hazbot_gym.evaluation.statistics.robust_means import (
 )
 from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.front_summary import summarise_fronts
-from hazbot_gym.study.headline import headline_sets, pooled_sets
+from hazbot_gym.study.headline import headline_sets, pooled_sets, scenarios_of
 from hazbot_gym.utils.json_object import JsonObject
 
 if TYPE_CHECKING:
@@ -61,6 +62,7 @@ TAILS: dict[str, Literal["low", "high"]] = {
     "time_ratio": "high",
 }
 WORST, MOST_RESAMPLES_OF_TAILS = 0.05, 1000  # each resample of a tail weights every run
+LEVELS = np.linspace(0.0, 1.0, 101)  # of the quantiles of clearance
 Summary = JsonObject
 
 
@@ -92,9 +94,10 @@ def summarise(rows: pd.DataFrame, study: StudyConfig, best: pd.DataFrame | None 
         "ssm_profile": study.ssm.profile(),
         "confidence": study.confidence,
         "reference": study.reference_policy,
-        "headline": dict(zip(("name", "sets"), headline_sets(study), strict=True)),
+        "smallest_p": 2 / (study.resamples + 1),  # before the correction
         "sets": {name: summarise_set(block, study) for name, block in blocks.items()},
     }
+    summary["headline"] = _headline(summary, study)
     luck = _Luck(resamples=study.resamples, confidence=study.confidence, seed=study.seed)
     if study.fronts is not None:
         blocks = _blocks(rows, [each.name for each in study.sets_named(study.fronts.sets)])
@@ -109,6 +112,17 @@ def summarise(rows: pd.DataFrame, study: StudyConfig, best: pd.DataFrame | None 
             }
         )
     return summary
+
+
+def _headline(summary: Summary, study: StudyConfig) -> dict[str, object]:
+    """Return the headline's name and sets, and the n of its rate bound of one in n.
+
+    No event in N scenarios is compatible with a rate of up to ``3 / N`` (95 %; rule of three,
+    Hanley and Lippman-Hand 1983).
+    """
+    name, sets = headline_sets(study)
+    scenarios = scenarios_of(summary["sets"][name])
+    return {"name": name, "sets": sets, "zero_is_below_one_in": max(scenarios // 3, 1)}
 
 
 def _blocks(rows: pd.DataFrame, names: Sequence[str]) -> dict[str, pd.DataFrame]:
@@ -156,7 +170,23 @@ def summarise_set(rows: pd.DataFrame, study: StudyConfig) -> Summary:
         for policy in study.names
     }
     _correct(results, study.reference_policy)
+    for policy, by in standing(results).items():
+        results[policy]["dominated_by"] = by
+    for policy in study.shown_names:
+        if "clearance_min_m" in rows:
+            results[policy]["clearance_quantiles_m"] = _quantiles(
+                grouped[policy]["clearance_min_m"].to_numpy(dtype=float)
+            )
     return results
+
+
+def _quantiles(values: Floats) -> list[float | None]:
+    """Return the observed values at ``LEVELS``, to the centimetre; None where infinite.
+
+    An episode without people has an infinite clearance.
+    """
+    found = np.quantile(values, LEVELS, method="inverted_cdf")
+    return [_rounded(round(float(value), 2)) for value in found]
 
 
 def _summarise_policy(

@@ -22,6 +22,7 @@ def result(returns: float, gain: tuple[float, float, float], arrived: float = 1.
         "contact_robot_caused": 0.01,
     }
     return {
+        "dominated_by": None,
         "metrics": {name: {"mean": value} for name, value in means.items()},
         "return_gain": dict(zip(("mean", "low", "high"), gain, strict=True)),
     }
@@ -52,14 +53,17 @@ def test_the_answer_names_the_sets_where_a_learned_policy_is_better_and_worse() 
 
 
 def test_the_verdict_is_three_sentences() -> None:
-    where, figures, pareto = verdict(summary(), STUDY, ["ppo", "ttc"])
+    found = summary()
+    for name, by in {"fuzzy_expert": ["ppo"], "ttc": [], "ppo": []}.items():
+        found["sets"]["all sets"][name]["dominated_by"] = by
+    where, figures, pareto = verdict(found, STUDY)
     assert where.endswith("in 1 of 3 sets (easy), less in 1 (hard), undecided in 1.")
     assert figures.startswith("All sets: return +0.50 (95% interval -0.25 to 1.50)")
-    assert pareto == "Pareto-optimal in time ratio and kinetic intrusion: ppo, ttc."
+    assert pareto == "Pareto-optimal in time ratio and kinetic intrusion: ttc, ppo."
 
 
 def test_where_no_policy_is_known_to_be_optimal_the_verdict_names_none() -> None:
-    assert not any("Pareto" in sentence for sentence in verdict(summary(), STUDY, []))
+    assert not any("Pareto" in sentence for sentence in verdict(summary(), STUDY))
 
 
 @pytest.mark.parametrize("policies", [("fuzzy_expert", "ttc"), ("ppo", "ttc")])

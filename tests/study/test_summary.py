@@ -188,3 +188,22 @@ def test_seeds_of_a_learner_that_differ_widen_its_intervals() -> None:
     assert result["metrics"]["time_ratio"] == {"mean": 1.5, "low": 1.25, "high": 1.75}
     assert result["difference"]["time_ratio"]["low"] == 0.0
     assert result["difference"]["time_ratio"]["high"] == 0.5
+
+
+def test_each_policy_has_its_pareto_standing_and_clearances_in_every_set() -> None:
+    rows = pd.DataFrame(made_up_rows())
+    rows["time_ratio"] = np.where(rows["policy"] == STUDY.policies[1], 1.0, 9.0)
+    rows["kinetic_intrusion_m2"] = rows["time_ratio"] + 0.1 * rows["arrived"]
+    rows["clearance_min_m"] = np.where(rows["episode"] < 5, np.inf, 0.1 * rows["episode"])
+    for block in summarise(rows, STUDY)["sets"].values():
+        worse, better = (block[policy] for policy in STUDY.policies)
+        assert (worse["dominated_by"], better["dominated_by"]) == ([STUDY.policies[1]], [])
+        quantiles = worse["clearance_quantiles_m"]
+        assert (quantiles[0], quantiles[50], quantiles[75], quantiles[76]) == (0.5, 1.4, 1.9, None)
+
+
+@pytest.mark.parametrize(("episodes", "one_in"), [(1, 1), (20, 13)])
+def test_the_rule_of_three_counts_the_scenarios_of_the_headline(episodes: int, one_in: int) -> None:
+    study = STUDY.model_copy(update={"episodes": episodes})
+    summary = summarise(pd.DataFrame(made_up_rows(study)), study)
+    assert summary["headline"]["zero_is_below_one_in"] == one_in

@@ -27,6 +27,17 @@ def dominated(policies: Mapping[str, Mapping[str, Any]]) -> dict[str, list[str]]
     }
 
 
+def standing(policies: Mapping[str, Mapping[str, Any]]) -> dict[str, list[str] | None]:
+    """Return ``dominated`` of a set; None for all if no policy has an interval.
+
+    A set of a single scenario has none, and says nothing of dominance.
+    """
+    is_known = any(
+        result["metrics"][axis]["low"] is not None for result in policies.values() for axis in AXES
+    )
+    return {policy: by if is_known else None for policy, by in dominated(policies).items()}
+
+
 def dominates(ours: Metrics, theirs: Metrics) -> bool:
     """Return True if ours is better on both axes, with disjoint intervals."""
     return all(_is_less(ours[axis]["high"], theirs[axis]["low"]) for axis in AXES)

@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from hazbot_gym.core.state import Floats
 from hazbot_gym.errors import MissingExtra
-from hazbot_gym.evaluation.statistics.pareto import AXES, dominated
+from hazbot_gym.evaluation.statistics.pareto import AXES
+from hazbot_gym.study.replay_records import Drive, Replay
 from hazbot_gym.study.report.packing import packed_text
-from hazbot_gym.study.report.replays import Drive, Replay
 from hazbot_gym.study.report.style import GREYS, Style, styles
+from hazbot_gym.study.summary import LEVELS
 from hazbot_gym.utils.json_object import JsonObject
 
 try:
@@ -26,14 +27,13 @@ try:
 except ImportError as error:
     raise MissingExtra(error.name or "plotly", "study") from error
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 INK, SOFT, GRID = "#1c2127", "#5c6670", "#e4e7ea"
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
 LOGARITHMIC = {"type": "log", "dtick": "D2"}  # with labels at 1, 2 and 5
 WIDE = 10.0  # ratio of intrusions above which their axis is logarithmic
 EVERY = 5  # instants between two points of a distance plot
+MOST = 0.8  # share of episodes that the axis of clearance shows,
+ENDS_M = (0.3, 2.0)  # and limits of its end
 
 
 class Event(NamedTuple):
@@ -68,7 +68,6 @@ def front(block: JsonObject, looks: Styles) -> Figure:
         looks: the style of each policy.
     """
     figure = go.Figure()
-    beaten = dominated(block)
     points = {policy: _point(block[policy]["metrics"]) for policy in looks}
     known = {policy: point for policy, point in points.items() if point is not None}
     swept = sorted(known[policy]["mean"] for policy in known if looks[policy].is_swept)
@@ -78,7 +77,7 @@ def front(block: JsonObject, looks: Styles) -> Figure:
         figure.add_scatter(x=x, y=y, mode="lines", line=line, hoverinfo="skip", name="")
     for policy, point in known.items():
         look = looks[policy]
-        hollow = "-open" if beaten[policy] else ""
+        hollow = "-open" if block[policy]["dominated_by"] else ""
         figure.add_scatter(
             x=point["mean"][:1],
             y=point["mean"][1:],
@@ -177,8 +176,7 @@ def distances(runs: Mapping[str, Drive], looks: Styles) -> Figure:
     """Plot distance over time for every policy in one scenario."""
     figure = go.Figure()
     for policy, look in looks.items():
-        pose = runs[policy].pose
-        driven = np.append(0.0, np.cumsum(np.hypot(*np.diff(pose[:, :2], axis=0).T)))
+        driven = runs[policy].distance_m
         kept = np.unique(np.append(np.arange(0, len(driven), EVERY), len(driven) - 1))
         _line(figure, policy, look, runs[policy].time_s[kept], driven[kept], 2)
     figure.update_xaxes(title="time [s]", rangemode="tozero")
@@ -186,21 +184,22 @@ def distances(runs: Mapping[str, Drive], looks: Styles) -> Figure:
     return _finish(figure)
 
 
-def clearances(rows: pd.DataFrame, looks: Styles) -> Figure:
+def clearances(block: JsonObject, looks: Styles) -> Figure:
     """Plot the cumulative distribution of minimum clearance over episodes, by policy.
 
-    Episodes without people count in the denominator, so that a curve can end below 1.
+    The axis ends where half of the curves have risen to ``MOST``: all that matters is near 0, while
+    episodes without an encounter lie far to the right. Episodes without people count in the
+    denominator, so that a curve can end below 1.
     """
-    figure = go.Figure()
+    figure, ends = go.Figure(), []
     for policy, look in looks.items():
-        least = rows["clearance_min_m"][rows["policy"] == policy].to_numpy(dtype=float)
-        values, counts = np.unique(np.round(least, 2), return_counts=True)
-        shares = np.cumsum(counts) / max(len(least), 1)
-        there = np.isfinite(values)
-        x = np.append(values[:1].clip(max=0.0), values[there])
-        y = np.append(0.0, shares[there])
-        _line(figure, policy, look, x, y, 3, shape="hv")
-    figure.update_xaxes(title="minimum clearance [m]", range=[-0.05, 2.0])
+        found = block[policy]["clearance_quantiles_m"]
+        points = [each for each in zip(found, LEVELS, strict=True) if each[0] is not None]
+        x, y = (np.array([each[axis] for each in points]) for axis in (0, 1))
+        ends.append(next((float(a) for a, b in points if b >= MOST), np.inf))
+        _line(figure, policy, look, x, y, 2, shape="hv")
+    end = float(np.clip(np.median(ends), *ENDS_M))
+    figure.update_xaxes(title="minimum clearance [m]", range=[-0.02, end])
     figure.update_yaxes(title="share of episodes", range=[0.0, 1.02])
     return _finish(figure)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from hazbot_gym.core.state import Floats
 from hazbot_gym.evaluation.episode import X, Y
-from hazbot_gym.study.report.replays import Drive, Replay
+from hazbot_gym.study.replay_records import Drive, Replay
 
 MARGIN_M = 2.0  # least margin around the path
 JUMP_M = 0.5  # longer than a step within a decision: another person took the slot

@@ -7,23 +7,22 @@ The templates in ``template/`` are filled by ``tables``, ``oracle_tables``, ``fi
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from hazbot_gym.envs.registration import ENVIRONMENTS
 from hazbot_gym.errors import InvalidInput, MissingExtra
-from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.study import costs, store
-from hazbot_gym.study.answer import verdict
+from hazbot_gym.study.answer import pareto_optimal, verdict
 from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.costs import Training
 from hazbot_gym.study.headline import groups, headline, pooled_sets, scenarios_of
+from hazbot_gym.study.replay_records import Replays, from_rows
 from hazbot_gym.study.report import figures, maps, oracle_tables, player, tables
 from hazbot_gym.study.report.packing import packed_json, packed_text
-from hazbot_gym.study.report.replays import Replays, from_rows
 from hazbot_gym.study.report.style import DASHES, MARKS, Style, styles
+from hazbot_gym.study.set_descriptions import describe
 from hazbot_gym.study.summary import Summary
 from hazbot_gym.utils import files
 from hazbot_gym.utils.files import LONGEST
@@ -36,11 +35,6 @@ except ImportError as error:
 
 if TYPE_CHECKING:
     import pandas as pd
-
-RECORDED = {
-    "replay": "People walk as recorded.",
-    "seeded": "People come in when, where and as fast as recorded, and react to the robot.",
-}
 
 # Foreign records with a valid checksum can hold values of any type and size, and raise these.
 _UNFIT = (
@@ -117,11 +111,13 @@ def _check(study: Study) -> None:
     """Check that all files are of the same sets and policies.
 
     Raises:
-        ValueError: they are not.
+        ValueError: they are not, or the summary is of an earlier version.
     """
     names, policies = set_names(study), set(study.config.names)
     shown = set(study.config.shown_names)
     blocks = all_blocks(study)  # KeyError where a set is missing
+    if any("dominated_by" not in each for block in blocks.values() for each in block.values()):
+        raise ValueError("a summary without Pareto standings, of an earlier version")
     chosen = study.replays.chosen
     scenes = itertools.chain(*chosen.values(), study.replays.beside_best.values())
     if (
@@ -141,7 +137,6 @@ def make_page(study: Study) -> str:
     first = headline(study.summary)
     replays = study.replays.chosen
     plots = make_plots(study, blocks, looks)
-    optimal = tables.standing(first.policies).undominated
     return (
         _environment()
         .get_template("page.html")
@@ -157,10 +152,12 @@ def make_page(study: Study) -> str:
             },
             sets=[(each, describe(each)) for each in config.all_sets],
             headline=first,
+            one_in=study.summary["headline"]["zero_is_below_one_in"],
+            smallest_p=study.summary["smallest_p"],
             start=first.sets[0],
             plots=plots,
             plot_data=packed_json(plots),
-            verdict=verdict(study.summary, config, optimal),
+            verdict=verdict(study.summary, config),
             pictures={
                 name: maps.picture(some, config.reference_policy) for name, some in replays.items()
             },
@@ -178,7 +175,8 @@ def make_tables(study: Study, blocks: JsonObject) -> JsonObject:
     pooled = {name: block for name, block in blocks.items() if name in groups(set_names(study))}
     return {
         "first_table": tables.headline(first, config.names),
-        "standings": {name: tables.standing(block) for name, block in blocks.items()},
+        "optimal": {name: pareto_optimal(block) for name, block in blocks.items()},
+        "dominated": tables.dominated(first),
         "tails": oracle_tables.tail_table(first, config.names),
         "elsewhere": oracle_tables.elsewhere_tables(pooled, config.shown_names),
         "families": {
@@ -203,12 +201,6 @@ def make_tables(study: Study, blocks: JsonObject) -> JsonObject:
 def set_names(study: Study) -> list[str]:
     """Return the names of all sets."""
     return [scenarios.name for scenarios in study.config.all_sets]
-
-
-def rows_of(study: Study, name: str) -> pd.DataFrame:
-    """Return the rows of one set, or of several together."""
-    sets = pooled_sets(study.config).get(name, [name])
-    return study.rows[study.rows["scenario_set"].isin(sets)]
 
 
 def all_blocks(study: Study) -> JsonObject:
@@ -237,7 +229,7 @@ def make_plots(
             "distance": {
                 name: figures.distances(some[0].runs, looks) for name, some in replays.items()
             },
-            "clearance": {name: figures.clearances(rows_of(study, name), looks) for name in blocks},
+            "clearance": {name: figures.clearances(block, looks) for name, block in blocks.items()},
         }
         | _optional_plots(study, looks)
         | {
@@ -277,32 +269,6 @@ def _in_order(study: Study, part: str) -> JsonObject:
     found, names = study.summary.get(part, {}), set_names(study)
     pooled = [name for name in found if name not in names]
     return {name: found[name] for name in (*pooled, *names) if name in found}
-
-
-def describe(scenarios: ScenarioSet) -> str:
-    """Return one sentence on a set."""
-    scenario = scenarios.overrides.get("scenario")
-    if scenario is not None:
-        return f"The paper's geometry {scenario}: one scripted walker, an ideal drive."
-    model = scenarios.overrides.get("people", {}).get("model")
-    if model in RECORDED:
-        return RECORDED[model]
-    text, _ = ENVIRONMENTS.get(scenarios.env.rpartition("/")[2], (f"{scenarios.env}.", {}))
-    changes = ", ".join(_changes(scenarios.overrides))
-    return f"{text} Changed: {changes}." if changes else text
-
-
-def _changes(overrides: Mapping[str, object], path: str = "") -> Iterator[str]:
-    """Yield config values as ``group.key = value``; equal entries of a list only once."""
-    for name, value in overrides.items():
-        if isinstance(value, Mapping):
-            yield from _changes(value, f"{path}{name}.")
-        elif isinstance(value, list | tuple) and value and value.count(value[0]) == len(value) > 1:
-            first = value[0]
-            inner = ", ".join(_changes(first)) if isinstance(first, Mapping) else str(first)
-            yield f"all {path}{name}: {inner}"
-        else:
-            yield f"{path}{name} = {value}"
 
 
 def _environment() -> jinja2.Environment:

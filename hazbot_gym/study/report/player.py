@@ -10,9 +10,9 @@ import numpy.typing as npt
 from hazbot_gym.core.proxemics import INTIMATE_M, PERSONAL_M, SOCIAL_M
 from hazbot_gym.core.state import PERSON_RADIUS_M, ROBOT_RADIUS_M, Floats
 from hazbot_gym.evaluation.episode import VX, VY, X, Y
+from hazbot_gym.study.replay_records import Drive, Replay
 from hazbot_gym.study.report.maps import positions, view
 from hazbot_gym.study.report.packing import packed_json
-from hazbot_gym.study.report.replays import Drive, Replay
 
 NOBODY = 99_999  # empty slot, or person outside the view
 

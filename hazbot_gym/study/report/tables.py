@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from hazbot_gym.evaluation.statistics.pareto import AXES, dominated
 from hazbot_gym.study.summary import COMPARED
 from hazbot_gym.study.terminal_tables import COLUMNS, Column
 from hazbot_gym.utils.json_object import JsonObject
@@ -38,13 +37,6 @@ class Line(NamedTuple):
 
     name: str
     cells: list[Cell]
-
-
-class Standing(NamedTuple):
-    """Pareto standing: Pareto-optimal policies, and dominated ones."""
-
-    undominated: list[str]
-    dominated: dict[str, str]  # dominated policy and its dominating policies
 
 
 class Table(NamedTuple):
@@ -104,20 +96,9 @@ def differences(block: JsonObject, policies: tuple[str, ...], reference: str) ->
     return Table([_title(column) for column in columns], lines)
 
 
-def standing(block: JsonObject) -> Standing:
-    """Return the Pareto-optimal policies of a set, and the dominating policies of the others.
-
-    Both are empty if no policy has an interval, as in a set of a single scenario.
-    """
-    found = dominated(block) if _has_intervals(block) else {}
-    return Standing(
-        [policy for policy, by in found.items() if not by],
-        {policy: _some(by) for policy, by in found.items() if by},
-    )
-
-
-def _has_intervals(block: JsonObject) -> bool:
-    return any(each["metrics"][axis]["low"] is not None for each in block.values() for axis in AXES)
+def dominated(block: JsonObject) -> dict[str, str]:
+    """Return the dominated policies of a set, each with its dominating policies as text."""
+    return {policy: _some(by) for policy, each in block.items() if (by := each["dominated_by"])}
 
 
 def _some(names: list[str]) -> str:

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from hazbot_gym.evaluation.statistics.pareto import dominated
+from hazbot_gym.evaluation.statistics.pareto import dominated, standing
 
 
 def result(time: float, intrusion: float, half: float = 0.1) -> dict[str, Any]:
@@ -44,3 +44,12 @@ def test_what_is_not_known_dominates_nobody_and_is_not_dominated() -> None:
     unknown["metrics"]["time_ratio"] = {"mean": None, "low": None, "high": None}
     policies = {"unknown": unknown, "good": result(0.1, 0.1, 0.01), "bad": result(9.0, 9.0)}
     assert dominated(policies) == {"unknown": [], "good": [], "bad": ["good"]}
+
+
+def test_a_set_without_any_interval_says_nothing_of_dominance() -> None:
+    policies = {"a": result(1.0, 1.0), "b": result(9.0, 9.0)}
+    assert standing(policies) == {"a": [], "b": ["a"]}
+    for each in policies.values():
+        for estimate in each["metrics"].values():
+            estimate |= {"low": None, "high": None}
+    assert standing(policies) == {"a": None, "b": None}

@@ -76,7 +76,7 @@ def test_only_who_is_shown_is_replayed_but_all_are_in_the_tables(page: str) -> N
 
 
 def test_everybodys_worst_episode_can_be_seen(study: report.Study) -> None:
-    rows = report.rows_of(study, "test/Leading")
+    rows = study.rows[study.rows["scenario_set"] == "test/Leading"]
     some = study.replays.chosen["test/Leading"]
     mine = rows[rows["policy"] == "constant:0.5"]
     worst = int(mine["episode"].loc[mine["return"].idxmin()])

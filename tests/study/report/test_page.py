@@ -19,6 +19,8 @@ from hazbot_gym.study.report import figures
 from hazbot_gym.study.report import page as report
 from hazbot_gym.study.report.style import styles
 from hazbot_gym.study.run import run_study
+from hazbot_gym.study.summary import LEVELS
+from hazbot_gym.utils import files
 
 FILES = (store.MANIFEST, store.SUMMARY, store.EPISODES, store.REPLAYS, store.COSTS)
 
@@ -94,11 +96,19 @@ def test_the_papers_events_are_marked(page: str) -> None:
 
 
 def test_curves_of_clearance_end_at_the_share_that_ever_met_anybody() -> None:
-    import pandas as pd
+    quantiles = [0.25] * 26 + [0.5] * 50 + [None] * 25
+    some = {"a": {"clearance_quantiles_m": quantiles}}
+    (trace,) = figures.clearances(some, styles(["a"]))["data"]
+    assert (trace["x"][:26], trace["x"][26:]) == ([0.25] * 26, [0.5] * 50)
+    assert (trace["y"][0], trace["y"][-1]) == (0.0, 0.75)
 
-    rows = pd.DataFrame({"policy": ["a"] * 4, "clearance_min_m": [0.5, 0.25, 0.5, float("inf")]})
-    (trace,) = figures.clearances(rows, styles(["a"]))["data"]
-    assert (trace["x"], trace["y"]) == ([0.0, 0.25, 0.5], [0.0, 0.25, 0.75])
+
+@pytest.mark.parametrize(("width", "end"), [(0.1, 0.3), (0.5, 0.4), (9.0, 2.0)])
+def test_the_axis_of_clearance_ends_where_the_curves_have_risen(width: float, end: float) -> None:
+    evenly = [round(width * level, 3) for level in LEVELS]
+    some = {"a": {"clearance_quantiles_m": evenly}}
+    layout = figures.clearances(some, styles(["a"]))["layout"]
+    assert layout["xaxis"]["range"] == [-0.02, pytest.approx(end)]
 
 
 def test_the_headline_is_over_what_is_in_distribution_alone(study: report.Study) -> None:
@@ -156,12 +166,26 @@ def test_a_study_that_is_not_finished_has_no_report(
     assert not (tmp_path / store.REPORT).exists()
 
 
+def test_a_summary_without_pareto_standings_is_of_another_version(
+    finished: Path, tmp_path: Path
+) -> None:
+    for name in FILES:
+        (tmp_path / name).write_bytes((finished / name).read_bytes())
+    summary = files.read_json(tmp_path / store.SUMMARY)
+    for each in summary["sets"]["Crossing"].values():
+        del each["dominated_by"]
+    files.write_json(tmp_path / store.SUMMARY, summary)
+    with pytest.raises(InvalidInput, match="of this version; run hazbot study again"):
+        report.read(tmp_path)
+
+
 def block(*intrusions: float) -> dict[str, Any]:
     """Return a set's summary of policies that differ in intrusion."""
     axes = [{"time_ratio": 1.4, "kinetic_intrusion_m2": value} for value in intrusions]
     return {
         name: {
-            "metrics": {axis: dict.fromkeys(("mean", "low", "high"), v) for axis, v in of.items()}
+            "metrics": {axis: dict.fromkeys(("mean", "low", "high"), v) for axis, v in of.items()},
+            "dominated_by": [],
         }
         for name, of in zip("abc", axes, strict=False)
     }
@@ -175,6 +199,13 @@ def test_intrusions_far_apart_are_told_apart(intrusions: Any, kind: str | None) 
     some = block(*intrusions)
     figure = figures.front(some, styles(list(some)))
     assert figure["layout"]["yaxis"].get("type") == kind
+
+
+def test_dominated_policies_are_hollow() -> None:
+    some = block(0.02, 0.03)
+    some["b"]["dominated_by"] = ["a"]
+    marks = [trace["marker"]["symbol"] for trace in figures.front(some, styles(list(some)))["data"]]
+    assert [mark.endswith("-open") for mark in marks] == [False, True]
 
 
 def test_a_policy_without_intervals_is_drawn() -> None:

@@ -10,9 +10,9 @@ import pandas as pd
 import pytest
 
 from hazbot_gym.evaluation.episode import X, Y
+from hazbot_gym.study import replay_records
+from hazbot_gym.study.replay_records import Replay, Replays, from_rows, rows_of
 from hazbot_gym.study.report import maps, page, player
-from hazbot_gym.study.report import replays as report_replays
-from hazbot_gym.study.report.replays import Replay, Replays, from_rows, rows_of
 
 
 @pytest.fixture(scope="module")
@@ -134,6 +134,6 @@ def test_drives_of_very_many_people_are_refused(
     replays: list[Replay], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rows = pd.DataFrame(list(rows_of(Replays({"Crossing": replays}, {}))))
-    monkeypatch.setattr(report_replays, "MOST_CELLS", 1000)
+    monkeypatch.setattr(replay_records, "MOST_CELLS", 1000)
     with pytest.raises(ValueError, match="allowed are 1,000"):
         from_rows(rows)

@@ -48,7 +48,7 @@ def planted(finished: Path, folder: Path) -> None:
     files.write_json(folder / store.MANIFEST, manifest)
 
     summary = renamed(files.read_json(finished / store.SUMMARY))
-    summary["headline"] = {"name": "Crossing", "sets": ["Crossing"]}
+    summary["headline"] |= {"name": "Crossing", "sets": ["Crossing"]}
     files.write_json(folder / store.SUMMARY, summary)
     files.write_json(folder / store.COSTS, files.read_json(finished / store.COSTS))
     for name in (store.EPISODES, store.REPLAYS):
@@ -60,10 +60,13 @@ def planted(finished: Path, folder: Path) -> None:
 
 
 def renamed(content: Any) -> Any:
+    """Return a record with other names of policies and sets, as keys and as values."""
+    known = POLICIES | SETS
     if isinstance(content, dict):
-        known = POLICIES | SETS
         return {known.get(key, key): renamed(value) for key, value in content.items()}
-    return content
+    if isinstance(content, list):
+        return [renamed(value) for value in content]
+    return known.get(content, content) if isinstance(content, str) else content
 
 
 @pytest.fixture(scope="module")

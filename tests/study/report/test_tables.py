@@ -55,18 +55,12 @@ def test_differences_leave_out_the_reference() -> None:
     assert table.lines[0].cells[2][:2] == ("-1.0000", "-1.2500 to -0.7500; p = 0.012")
 
 
-def test_who_is_dominated_is_named_with_the_first_of_many() -> None:
-    block = {"best": result(0.0)} | {f"p{i}": result(float(i)) for i in range(1, 6)}
-    found = tables.standing(block)
-    assert found.undominated == ["best"]
-    assert found.dominated["p1"] == "best"
-    assert found.dominated["p3"] == "best, p1, p2"
-    assert found.dominated["p5"] == "best, p1, p2 and 2 more"
-
-
-def test_a_single_scenario_says_nothing_of_who_is_dominated() -> None:
-    block = {"a": result(0.0), "b": result(9.0)}
-    for each in block.values():
-        for estimate in each["metrics"].values():
-            estimate |= {"low": None, "high": None}
-    assert tables.standing(block) == ([], {})
+def test_dominating_policies_are_named_the_first_of_many() -> None:
+    by: dict[str, list[str] | None] = {
+        "best": [],
+        "p3": ["best", "p1", "p2"],
+        "p5": ["best", "p1", "p2", "p3", "p4"],
+        "unknown": None,
+    }
+    found = tables.dominated({policy: {"dominated_by": some} for policy, some in by.items()})
+    assert found == {"p3": "best, p1, p2", "p5": "best, p1, p2 and 2 more"}

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 BEST = ""  # reserved name: the oracle's drive of a scenario
 MOST_CELLS = 50_000_000  # 2 GB; a full study has a tenth of it
+SERIES = ("speed_mps", "distance_m")  # columns with a number per instant
 _KEYS = ("scenario_set", "beside_best", "episode")
 
 
@@ -27,6 +28,7 @@ class Drive(NamedTuple):
     """Visible part of an episode; fields as in ``Episode``.
 
     Attributes:
+        distance_m: Distance driven since the start.
         is_recorded: Whether it reproduced the episode's recorded metrics. A stochastic policy may
             not.
     """
@@ -34,6 +36,7 @@ class Drive(NamedTuple):
     time_s: Floats
     pose: Floats
     speed_mps: Floats
+    distance_m: Floats
     people: Floats
     outcome: str
     contact_caused_by: str
@@ -69,8 +72,17 @@ class Replays(NamedTuple):
 
 def drive_of(episode: Episode, *, is_recorded: bool = True) -> Drive:
     """Return the visible part of an episode."""
-    shared = {name: getattr(episode, name) for name in Drive._fields[:-1]}
-    return Drive(**shared, is_recorded=is_recorded)
+    steps_m = np.hypot(*np.diff(episode.pose[:, :2], axis=0).T)
+    return Drive(
+        time_s=episode.time_s,
+        pose=episode.pose,
+        speed_mps=episode.speed_mps,
+        distance_m=np.append(0.0, np.cumsum(steps_m)),
+        people=episode.people,
+        outcome=episode.outcome,
+        contact_caused_by=episode.contact_caused_by,
+        is_recorded=is_recorded,
+    )
 
 
 def rows_of(replays: Replays) -> Iterator[dict[str, object]]:
@@ -128,7 +140,7 @@ def _rows(name: str, replay: Replay) -> Iterator[dict[str, object]]:
 def _columns(drive: Drive) -> dict[str, object]:
     instants, persons = np.nonzero(np.isfinite(drive.people[..., 0]))
     return {
-        **{name: _flat(getattr(drive, name)) for name in ("time_s", "pose", "speed_mps")},
+        **{name: _flat(getattr(drive, name)) for name in ("time_s", "pose", *SERIES)},
         "instants": instants.astype(np.int32),  # instant of each sighting,
         "persons": persons.astype(np.int32),  # person,
         "people": _flat(drive.people[instants, persons]),  # position
@@ -157,7 +169,7 @@ def _drive(row: JsonObject) -> Drive:
     return Drive(
         time_s=time_s,
         pose=_shaped(row["pose"], 3),
-        speed_mps=np.asarray(row["speed_mps"], float),
+        **{name: np.asarray(row[name], float) for name in SERIES},
         people=stacked,
         outcome=row["outcome"],
         contact_caused_by=row["contact_caused_by"],
