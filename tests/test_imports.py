@@ -40,7 +40,7 @@ BELOW = {
     "evaluation": ("policies", *ENGINES),
     "evaluation.statistics": ("core.state",),
     "envs": ("sim", "task", "config", "core", "utils"),
-    "policies": ("task.observation", "core", "utils"),
+    "policies": ("task.action", "task.observation", "core", "utils"),
     "sim": ("config", "core", "utils"),
     "task": ("config", "core", "utils"),
     "config": ("core", "utils"),
@@ -146,7 +146,7 @@ def test_imports_point_one_way_and_heavy_libraries_stay_at_home() -> None:
         ),
         ("envs/corridor.py", "from hazbot_gym import policies", "envs.corridor imports policies"),
         ("task/reward.py", "def f():\n    import torch.nn", "task.reward imports torch"),
-        ("sim/batch.py", "from pymunk import Body", "sim.batch imports pymunk"),
+        ("sim/batched_worlds.py", "from pymunk import Body", "sim.batched_worlds imports pymunk"),
         (
             "evaluation/metrics.py",
             "from hazbot_gym.study import summary",

@@ -15,9 +15,11 @@ from hazbot_gym.core.state import Floats, Ints
 
 
 class RecordedTable(NamedTuple):
-    """R recordings on the social clock; places 2 r and 2 r + 1 are the ways through recording r."""
+    """R recordings on the social clock, each with two places: the two ways through it."""
 
     dt_s: float  # the social period
+    recording_of_place: Ints  # (L,)
+    ways: Ints  # (R, 2) places of each recording
     counts: Ints  # (R,) steps of each recording
     slots: Ints  # (R, S + 1) first stay in each slot, and the stay after the last
     firsts: Ints  # (V,) step at which each stay begins, in order within a slot
@@ -38,6 +40,8 @@ class Stretch(NamedTuple):
 
 NO_RECORDING = RecordedTable(
     dt_s=1.0,
+    recording_of_place=np.zeros(1, np.int64),
+    ways=np.zeros((1, 2), np.int64),
     counts=np.zeros(1, np.int64),
     slots=np.zeros((1, 1), np.int64),
     firsts=np.zeros(0, np.int64),
@@ -49,7 +53,7 @@ NO_RECORDING = RecordedTable(
 @scalar
 def stretch_of(table: RecordedTable, place: int, start: int) -> Stretch:
     """Return a place's recording from a step on, as views into the table."""
-    which = place // 2
+    which = table.recording_of_place[place]
     return Stretch(
         start,
         table.counts[which] - start,

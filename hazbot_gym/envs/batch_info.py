@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from hazbot_gym.core.state import Floats
 from hazbot_gym.envs.arguments import Info
-from hazbot_gym.envs.batch import Bools, Outputs
+from hazbot_gym.envs.batch_step import Bools, Outputs
 from hazbot_gym.task.outcome import CAUSE_NAMES, NOBODY, OUTCOME_NAMES, RUNNING
 from hazbot_gym.task.reward import TERMS
 
@@ -40,12 +40,12 @@ def world_info(
     outputs: Outputs, scenarios: Scenarios, decision_s: float, *, told: Bools, fresh: Bools
 ) -> Info:
     """Return the infos of the reported worlds; fresh worlds have just been reset."""
-    decisions = outputs.decisions
-    outcomes, causes = decisions["outcome"].copy(), decisions["cause"].copy()
+    records = outputs.records
+    outcomes, causes = records["outcome"].copy(), records["cause"].copy()
     outcomes[fresh], causes[fresh] = RUNNING, NOBODY
     terms = outputs.terms.T.copy()
     time_s, costs = np.round(outputs.steps * decision_s, 9), outputs.costs.copy()
-    speeds_mps = decisions["speed_mps"].copy()
+    speeds_mps = records["contact_speed_mps"].copy()
     keys, times_free_s = scenarios.keys.copy(), scenarios.times_free_s.copy()
     silent = np.flatnonzero(fresh | ~told)
     terms[:, silent] = time_s[silent] = costs[silent] = speeds_mps[silent] = 0.0

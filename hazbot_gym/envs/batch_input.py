@@ -13,9 +13,10 @@ from gymnasium.vector import AutoresetMode
 from hazbot_gym.config import Config
 from hazbot_gym.core.state import Floats
 from hazbot_gym.envs.arguments import array_of, options_of
-from hazbot_gym.envs.batch import Bools
-from hazbot_gym.envs.corridor import ACTION_ROUNDING, SPEED_LEVELS, scenario_key_of
+from hazbot_gym.envs.batch_step import Bools
+from hazbot_gym.envs.corridor import scenario_key_of
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.task.action import ACTION_TOLERANCE, SPEED_LEVELS
 from hazbot_gym.utils.whole_number import whole_number
 
 MOST = {"num_envs": 100_000, "threads": 1024}
@@ -36,25 +37,24 @@ def autoreset_mode_of(given: AutoresetMode | str) -> AutoresetMode:
         raise InvalidInput(f"autoreset_mode: given {given!r}, allowed are {allowed}") from error
 
 
-def commands_of(actions: object, worlds: int, config: Config) -> Floats:
-    """Return the commanded speeds (N,) [m/s] of the actions of N worlds."""
-    nominal, values = config.drive.nominal_speed_mps, array_of(actions, "actions")
+def actions_of(actions: object, worlds: int, config: Config) -> Floats:
+    """Return the actions (N,) of N worlds in [-1, 1], up to rounding."""
+    values = array_of(actions, "actions")
     if config.action_type == "discrete":
         levels = len(SPEED_LEVELS)
         is_level = values.dtype.kind in "iu" and np.all((values >= 0) & (values < levels))
         if values.shape != (worlds,) or not is_level:
             raise _wrong(values, f"{worlds} integers 0 to {levels - 1}")
-        asked: Floats = nominal * np.array(SPEED_LEVELS)[values]
-        return asked
+        at_levels: Floats = 2.0 * np.array(SPEED_LEVELS)[values] - 1.0
+        return at_levels
     if values.shape != (worlds, 1) or values.dtype.kind not in "iuf":
         raise _wrong(values, f"numbers of shape ({worlds}, 1)")
-    values = values[:, 0].astype(np.float64)
-    is_allowed = np.abs(values) <= 1.0 + ACTION_ROUNDING  # NaN is not
+    checked: Floats = values[:, 0].astype(np.float64)
+    is_allowed = np.abs(checked) <= 1.0 + ACTION_TOLERANCE  # NaN is not
     if not is_allowed.all():
-        wrong = values[~is_allowed][0]
+        wrong = checked[~is_allowed][0]
         raise InvalidInput(f"actions: given {wrong}, allowed is -1 <= action <= 1")
-    commands: Floats = nominal * 0.5 * (np.clip(values, -1.0, 1.0) + 1.0)
-    return commands
+    return checked
 
 
 def _wrong(values: npt.NDArray[np.generic], allowed: str) -> InvalidInput:

@@ -14,11 +14,11 @@ import numpy.typing as npt
 from hazbot_gym.config import Config
 from hazbot_gym.core.place_table import PlaceTable, place_at
 from hazbot_gym.core.state import Floats, Place
-from hazbot_gym.envs.batch import Bools, Outputs
+from hazbot_gym.envs.batch_step import Bools, Outputs
 from hazbot_gym.envs.frame import Frame
 from hazbot_gym.envs.viewer import TRAIL_STEPS, castor_of, frame_of
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.sim.batch import Worlds
+from hazbot_gym.sim.batched_worlds import Worlds
 from hazbot_gym.task.outcome import MOVING_MPS, OUTCOME_NAMES, RUNNING
 from hazbot_gym.task.reward import TERMS
 
@@ -51,7 +51,7 @@ class BatchViewer:
         self._instants = np.where(fresh, 1, self._instants + 1)
         self._terms[stepped] = outputs.terms[stepped] * self._weights
         self._returns[stepped] += self._terms[stepped].sum(axis=1)
-        self._outcomes[stepped] = outputs.decisions["outcome"][stepped]
+        self._outcomes[stepped] = outputs.records["outcome"][stepped]
         has_moved = np.abs(robots["v"]) > MOVING_MPS
         self._driven[has_moved] = np.stack([robots["v"], robots["omega"]], axis=1)[has_moved]
         for noted in (self._terms, self._returns, self._outcomes):

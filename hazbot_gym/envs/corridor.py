@@ -20,26 +20,18 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.perception import (
     SENSORS,
     blank_tracks,
-    perceive,
+    perceive_kernel,
     sensor_parameters,
     tracker_of,
 )
 from hazbot_gym.sim.world import Snapshot, World
-from hazbot_gym.task.observation import LAYOUTS, markdown_table, observe
-from hazbot_gym.task.outcome import (
-    CAUSE_NAMES,
-    DECISION,
-    OUTCOME_NAMES,
-    RUNNING,
-    TIMEOUT,
-    Rules,
-)
-from hazbot_gym.task.reward import TERMS, judge, safety_cost
+from hazbot_gym.task.action import ACTION_TOLERANCE, SPEED_LEVELS, commanded_speed, level_action
+from hazbot_gym.task.observation import LAYOUTS, markdown_table, observe_kernel
+from hazbot_gym.task.outcome import CAUSE_NAMES, OUTCOME_NAMES, RUNNING, TIMEOUT
+from hazbot_gym.task.reward import TERMS, judge_kernel, safety_cost
 from hazbot_gym.task.scenario import Source
+from hazbot_gym.task.step_record import STEP, rules_of
 from hazbot_gym.utils.whole_number import whole_number
-
-SPEED_LEVELS = (0.0, 0.25, 0.5, 0.75, 1.0)  # the paper's stop, 25, 50, 75, 100 %
-ACTION_ROUNDING = 1e-6  # float32 tolerance of action bounds
 
 
 class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
@@ -145,10 +137,8 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         self.observation_space = cast("gymnasium.Space[npt.NDArray[np.float32]]", observed)
         self._ranges = np.zeros(SENSORS)
         self._terms = np.zeros(len(TERMS))
-        self._decision = records(DECISION, 1)
-        self._rules = as_record(
-            Rules(self.config.arrival_tolerance_m, self.config.max_episode_steps)
-        )
+        self._record = records(STEP, 1)
+        self._rules = as_record(rules_of(self.config))
         self._free_times: dict[bytes, float] = {}
         self._is_over = True
 
@@ -163,16 +153,16 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         scenario = self.source.draw(key)
         self._world.reset(scenario.place, scenario.people, scenario.recording, key)
         self._key, self._place, self._is_over = key, scenario.name, False
-        self._terms, self._decision = np.zeros(len(TERMS)), records(DECISION, 1)
+        self._terms, self._record = np.zeros(len(TERMS)), records(STEP, 1)
         self._time_free_s = self._free_time_s()
         people = len(scenario.people)
         self._tracks = blank_tracks(people)
         memory = tracker_of(self.config).latency_steps + 1
         self._history = records(TRACK, memory * people).reshape(memory, people)
-        observation = self._observe()
+        self._perceive()
         self._viewer.begin()
-        self._look("")
-        return observation, self._info()
+        self._show("")
+        return self._observe(), self._info()
 
     def step(
         self, action: object
@@ -180,10 +170,13 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         """Drive for one decision period at the commanded speed."""
         if self._is_over:
             raise InvalidInput("step: the episode is over, call reset first")
-        outcome = self._decide(self._command(action), stops=self._reflex())
+        self._command(self._checked(action))
+        self._world.advance()  # drive and walk
+        self._perceive()
+        outcome = self._judge()
         observation = self._observe()
         self._is_over = outcome != RUNNING
-        self._look(OUTCOME_NAMES[outcome] if self._is_over else "")
+        self._show(OUTCOME_NAMES[outcome] if self._is_over else "")
         reward = float(self._terms @ self._weights)
         is_terminated = outcome not in (RUNNING, TIMEOUT)
         return observation, reward, is_terminated, outcome == TIMEOUT, self._info()
@@ -202,53 +195,40 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
 
     # --- inside ----------------------------------------------------------------------------------
 
-    def _command(self, action: Any) -> float:
-        """Return the commanded speed [m/s] of an action, after checking it."""
-        nominal = self.config.drive.nominal_speed_mps
+    def _checked(self, action: Any) -> float:
+        """Return the action in [-1, 1] of a valid action."""
         if self.config.action_type == "discrete":
             if not self.action_space.contains(action):
                 raise InvalidInput(f"action: given {action!r}, allowed are the integers 0 to 4")
-            return nominal * SPEED_LEVELS[int(action)]
+            return level_action(int(action))
         values = array_of(action, "action")
         if values.shape != (1,) or values.dtype.kind not in "fiu":
             given = f"an array of shape {values.shape} and type {values.dtype}"
             raise InvalidInput(f"action: given {given}, allowed are shape (1,) and numbers")
         value = float(values[0])
-        if not abs(value) <= 1.0 + ACTION_ROUNDING:  # also catches NaN
+        if not abs(value) <= 1.0 + ACTION_TOLERANCE:  # also catches NaN
             raise InvalidInput(f"action: given {value}, allowed is -1 <= action <= 1")
-        return nominal * 0.5 * (min(max(value, -1.0), 1.0) + 1.0)
+        return value
 
-    def _decide(self, command_mps: float, *, stops: bool) -> int:
-        """Drive for one decision period, write its record and terms, and return the outcome."""
-        world, decision = self._world, self._decision
-        robots = world.robots
-        s_before, command_before = robots["s"][0], robots["command"][0]
-        world.step(command_mps, stops=stops)
-        nominal = self.config.drive.nominal_speed_mps
-        full_m = nominal * self.config.clock.decision_s
-        decision["advance"] = (robots["s"][0] - s_before) / full_m
-        decision["command_change"] = (robots["command"][0] - command_before) / nominal
-        decision["nominal_speed_mps"] = nominal
-        judge(
-            robots,
-            world.people,
-            world.place.path,
-            NO_CONTACT if world.contact is None else world.contact.person,
-            world.decision,
-            self._rules,
-            decision,
-            self._terms,
+    def _command(self, action: float) -> None:
+        """Command the speed of an action, and record the state before it."""
+        world, record = self._world, self._record
+        record["s_before_m"], record["command_before_mps"] = (
+            world.robots["s"],
+            world.robots["command"],
         )
-        return int(decision["outcome"][0])
+        speed_mps = commanded_speed(action, self.config.drive.nominal_speed_mps)
+        world.command(speed_mps, stops=self._reflex())
 
     def _reflex(self) -> bool:
         """Return True if the reflex is enabled and an obstacle is near ahead."""
         stop_m = self.config.drive.reflex_stop_m
         return stop_m > 0.0 and bool(self._ranges[: FRONT_RIGHT + 1].min() < stop_m)
 
-    def _observe(self) -> npt.NDArray[np.float32]:
+    def _perceive(self) -> None:
+        """Update ranges and tracks."""
         world = self._world
-        perceive(
+        perceive_kernel(
             world.robots,
             world.people,
             world.place.walls,
@@ -259,11 +239,29 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
             self._ranges,
             self._tracks,
         )
-        observation = np.empty(self._layout.width, dtype=np.float32)
-        observe(world.robots, world.place.path, self._ranges, self._tracks, observation)
+
+    def _judge(self) -> int:
+        """Complete the record and the reward terms of the decision; return the outcome."""
+        world = self._world
+        judge_kernel(
+            self._record,
+            world.robots,
+            world.people,
+            world.place.path,
+            NO_CONTACT if world.contact is None else world.contact.person,
+            world.decision,
+            self._rules,
+            self._terms,
+        )
+        return int(self._record["outcome"][0])
+
+    def _observe(self) -> npt.NDArray[np.float32]:
+        """Return the observation."""
+        world, observation = self._world, np.empty(self._layout.width, dtype=np.float32)
+        observe_kernel(world.robots, world.place.path, self._ranges, self._tracks, observation)
         return observation
 
-    def _look(self, outcome: str) -> None:
+    def _show(self, outcome: str) -> None:
         if self.render_mode is not None:
             patterns = self._tracks["pattern"].tolist()
             self._viewer.see(self._world, self._ranges, patterns, self._terms, outcome)
@@ -271,7 +269,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
     def _info(self) -> Info:
         """Return the info of a reset or step, always with the same keys."""
         # All fields at once, which is faster.
-        *_, outcome, cause, speed_mps, _ = self._decision.item()
+        *_, outcome, cause, speed_mps, _ = self._record.item()
         return {
             "scenario_key": self._key,
             "place": self._place,

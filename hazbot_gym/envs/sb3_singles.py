@@ -19,7 +19,7 @@ from gymnasium.wrappers import OrderEnforcing, PassiveEnvChecker, TimeLimit
 from hazbot_gym.config import Config, make_config
 from hazbot_gym.core.state import Floats
 from hazbot_gym.envs.arguments import Environment, Info
-from hazbot_gym.envs.batch import Bools
+from hazbot_gym.envs.batch_step import Bools
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.errors import InvalidInput, MissingExtra
 

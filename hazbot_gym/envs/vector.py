@@ -20,30 +20,31 @@ from hazbot_gym.core.jit import LANES
 from hazbot_gym.core.place_table import place_at
 from hazbot_gym.core.state import PERSON, Floats, Records, as_record, records
 from hazbot_gym.envs.arguments import Info
-from hazbot_gym.envs.batch import Bools, Episodes, Observations, Outputs, Problem, run_worlds
 from hazbot_gym.envs.batch_info import Scenarios, final_info, world_info
 from hazbot_gym.envs.batch_input import (
     Seeds,
+    actions_of,
     autoreset_mode_of,
-    commands_of,
     count_of,
     generator_of,
     mask_of,
     reset_options_of,
     seeds_of,
 )
+from hazbot_gym.envs.batch_step import Bools, Episodes, Observations, Outputs, Problem, run_worlds
 from hazbot_gym.envs.batch_viewer import BatchViewer
 from hazbot_gym.envs.corridor import spaces_of
 from hazbot_gym.envs.spec import CompleteSpec, horizon_given_to_make_vec
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.sim.batch import GROUP, allocate, mechanics
+from hazbot_gym.sim.batched_worlds import GROUP, allocate, mechanics
 from hazbot_gym.sim.drive import free_time_s
 from hazbot_gym.sim.perception import sensor_parameters, tracker_of
 from hazbot_gym.sim.walkers import make_workspace
 from hazbot_gym.task.observation import LAYOUTS
-from hazbot_gym.task.outcome import DECISION, RUNNING, TIMEOUT, Rules
+from hazbot_gym.task.outcome import RUNNING, TIMEOUT
 from hazbot_gym.task.reward import TERMS
 from hazbot_gym.task.scenario import Source
+from hazbot_gym.task.step_record import STEP, rules_of
 from hazbot_gym.utils import processors
 from hazbot_gym.utils.threads import Threads
 
@@ -142,12 +143,10 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             table=source.table,
             mechanics=mechanics(config),
             sensors=as_record(sensor_parameters(config)),
-            rules=as_record(Rules(config.arrival_tolerance_m, config.max_episode_steps)),
+            rules=as_record(rules_of(config)),
             weights=np.array(config.reward),
             nobody=records(PERSON, 1),
             start_speed_mps=config.drive.start_speed_mps,
-            nominal_speed_mps=config.drive.nominal_speed_mps,
-            decision_s=config.clock.decision_s,
         )
         self._worlds = allocate(
             n,
@@ -170,7 +169,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         self._outputs = Outputs(
             observations=np.zeros((n, width), np.float32),
             final_observations=np.zeros((n, width), np.float32),
-            decisions=np.zeros(n, DECISION),
+            records=np.zeros(n, STEP),
             terms=np.zeros((n, len(TERMS))),
             rewards=np.zeros(n),
             costs=np.zeros(n),
@@ -224,10 +223,10 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         mask = everyone if mask is None else mask_of(mask, self.num_envs, "mask")
         due = self._episodes.is_over & mask
         self._may_step(due)
-        commands = commands_of(actions, self.num_envs, self.config)
+        checked = actions_of(actions, self.num_envs, self.config)
         self._refill(self._episodes.used >= KEYS_AHEAD)
-        self._run(mask, commands)
-        outcome = self._outputs.decisions["outcome"]
+        self._run(mask, checked)
+        outcome = self._outputs.records["outcome"]
         ended, truncated = outcome != RUNNING, outcome == TIMEOUT
         is_same_step = self.autoreset_mode == AutoresetMode.SAME_STEP
         fresh, decision_s = ended if is_same_step else due, self.config.clock.decision_s
@@ -280,7 +279,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         """Return the time since each world's reset (N,) [s]."""
         return np.round(self._worlds.steps * self.config.clock.decision_s, 9)
 
-    def _run(self, mask: Bools, commands: Floats) -> None:
+    def _run(self, mask: Bools, actions: Floats) -> None:
         """Run the kernel over the worlds of the mask, one block per thread.
 
         Compiled code releases the GIL, and worlds are independent: results do not depend on
@@ -289,7 +288,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         """
         arguments = (
             mask,
-            commands,
+            actions,
             self.autoreset_mode == AutoresetMode.SAME_STEP,
             self.config.drive.reflex_stop_m,
             self._worlds,

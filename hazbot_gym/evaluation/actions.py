@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import Policy
+from hazbot_gym.task.action import nearest_level
 
 
 def ask(
@@ -47,5 +48,4 @@ def levels_of(actions: npt.NDArray[np.generic], levels: int) -> npt.NDArray[np.i
     values = np.asarray(actions).reshape(-1)
     if np.issubdtype(values.dtype, np.integer):
         return values.astype(np.int64)
-    top = levels - 1
-    return np.clip(np.rint((values + 1) / 2 * top), 0, top).astype(np.int64)
+    return nearest_level(values, levels)

@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from hazbot_gym.policies.layer import Floats32, Layer
 from hazbot_gym.policies.lstm import Lstm, Memory
+from hazbot_gym.task.action import speed_action
 
 
 def _relu(x: Floats32) -> Floats32:
@@ -36,9 +37,7 @@ def _clip(x: Floats32) -> Floats32:
 
 
 def _level(x: Floats32) -> Floats32:
-    share = x.argmax(axis=-1)[..., None] / max(x.shape[-1] - 1, 1)
-    action: Floats32 = (2.0 * share - 1.0).astype(np.float32)
-    return action
+    return speed_action(x.argmax(axis=-1) / max(x.shape[-1] - 1, 1))
 
 
 ACTIVATIONS: dict[str, Callable[[Floats32], Floats32]] = {"tanh": _tanh, "relu": _relu}

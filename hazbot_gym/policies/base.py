@@ -20,6 +20,7 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies import own_module
 from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations
 from hazbot_gym.policies.own_policy import OwnPolicy
+from hazbot_gym.task.action import speed_action
 from hazbot_gym.utils.json_object import JsonObject
 
 OPTIONS = ConfigDict(extra="forbid", allow_inf_nan=False)  # of the dataclasses of policies
@@ -142,11 +143,6 @@ REGISTER = {
 def names() -> dict[str, str]:
     """Return the name and a short description of every policy of the library."""
     return {name: entry.description for name, entry in REGISTER.items()}
-
-
-def speed_action(fraction: npt.ArrayLike) -> Actions:
-    """Return the actions for shares of the nominal speed in [0, 1]: shape (...) to (..., 1)."""
-    return np.asarray(2.0 * np.asarray(fraction, np.float32) - 1.0, np.float32)[..., np.newaxis]
 
 
 class Permissions(NamedTuple):

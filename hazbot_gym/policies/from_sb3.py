@@ -17,6 +17,7 @@ from hazbot_gym.policies.base import Policy
 from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations
 from hazbot_gym.policies.layer import Layer
 from hazbot_gym.policies.lstm import Lstm
+from hazbot_gym.task.action import speed_action
 
 MOST_TEXT = 64 * 2**20  # maximum bytes of the JSON, which contains the pickles
 
@@ -191,7 +192,7 @@ class _Model(Guarded):
             observation, _rows_second(state), starts, deterministic=True
         )
         if hasattr(self._model.action_space, "n"):
-            action = (2.0 * action / (self._model.action_space.n - 1) - 1.0)[..., None]
+            action = speed_action(action / (self._model.action_space.n - 1))
         return np.asarray(action, np.float32), _rows_second(state)
 
 

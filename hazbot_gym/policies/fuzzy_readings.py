@@ -17,7 +17,7 @@ from pydantic.dataclasses import dataclass
 from hazbot_gym.core.fuzzy import SpeedRules
 from hazbot_gym.core.state import Floats
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.policies.base import OPTIONS, speed_action
+from hazbot_gym.policies.base import OPTIONS
 from hazbot_gym.policies.fuzzy_expert import (
     AVOIDANCE_M,
     HALF_WIDTH,
@@ -28,6 +28,7 @@ from hazbot_gym.policies.fuzzy_expert import (
 )
 from hazbot_gym.policies.guard import Actions, Flags, Observations
 from hazbot_gym.policies.robot import DECISION_S, NOMINAL_MPS
+from hazbot_gym.task.action import speed_action
 from hazbot_gym.task.observation import layout_of
 
 Reading = Literal[
@@ -104,7 +105,7 @@ class FuzzyReading(FuzzyExpert):
         """
         if self.reading != "elapsed":
             return super().act(observation, state, starts, deterministic)
-        if layout_of(observation).tier == "sonar":
+        if not layout_of(observation).has_people:
             raise InvalidInput("reading: 'elapsed' is for tracked people, given the tier 'sonar'")
         time_s = np.zeros(np.shape(observation)[:-1]) if state is None else np.asarray(state)
         if starts is not None:

@@ -120,5 +120,7 @@ class Ppo(_FromFile):
     def _policy_for(self, observation: Observations) -> Policy:
         layout = layout_of(observation)
         if layout.width not in self._policies:
-            raise InvalidInput(f"tier: given {layout.tier}, for which no 'ppo' is shipped")
+            raise InvalidInput(
+                f"tier: given observations of {layout.width} entries, for which no 'ppo' is shipped"
+            )
         return self._policies[layout.width]

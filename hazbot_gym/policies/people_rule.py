@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from hazbot_gym.core.state import Floats
-from hazbot_gym.policies.base import Rule, speed_action
+from hazbot_gym.policies.base import Rule
 from hazbot_gym.policies.guard import Actions, Flags, Observations
 from hazbot_gym.policies.sonar_estimate import listen, people
+from hazbot_gym.task.action import speed_action
 from hazbot_gym.task.observation import LAYOUTS, PERSON_SLOTS, layout_of
 
 SONAR, TRACKS = LAYOUTS["sonar"], LAYOUTS["tracks"]
@@ -29,7 +30,7 @@ class PeopleRule(Rule):
 
         See ``Guarded.act``.
         """
-        if layout_of(observation).tier == SONAR.tier:
+        if not layout_of(observation).has_people:
             seen = SONAR.decode(observation)
             state = listen(seen, state, starts)
             observation = with_people(observation, people(state, seen["speed_mps"]))

@@ -15,8 +15,9 @@ from pydantic import model_validator
 from pydantic.dataclasses import dataclass
 
 from hazbot_gym.core.state import Floats
-from hazbot_gym.policies.base import OPTIONS, speed_action
+from hazbot_gym.policies.base import OPTIONS
 from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations
+from hazbot_gym.task.action import speed_action
 from hazbot_gym.task.observation import layout_of
 
 HYSTERESIS_M = 0.4

@@ -59,7 +59,7 @@ def drive_parameters(drive: Drive, physics_s: float) -> DriveParameters:
 
 
 @scalar
-def give_command(
+def command_robot(
     robot: RobotRecord, command_mps: float, stops: bool, pending: Floats, step: int
 ) -> None:
     """Queue a command, and apply the command of ``latency`` decisions ago.
@@ -91,11 +91,11 @@ def update_pose_error(robot: RobotRecord, path: Records) -> None:
 
 
 @lean_kernel
-def command_robot(
+def command_kernel(
     robots: Records, command_mps: float, stops: bool, pending: Floats, step: int
 ) -> None:
-    """Command the robot; ``give_command`` for an array of one record."""
-    give_command(robots[0], command_mps, stops, pending, step)
+    """Entry point from Python: ``command_robot`` for an array of one record."""
+    command_robot(robots[0], command_mps, stops, pending, step)
 
 
 @lean_kernel
@@ -160,7 +160,7 @@ def place_robot(
 
 
 @lean_kernel
-def start_drive(
+def place_kernel(
     robots: Records,
     wheels: Records,
     path: Records,
@@ -168,7 +168,7 @@ def start_drive(
     parameters: Records,
     gain_table: Floats,
 ) -> None:
-    """Initialize a drive; ``place_robot`` for arrays of one record."""
+    """Entry point from Python: ``place_robot`` for arrays of one record."""
     place_robot(robots[0], wheels, path, speed_mps, parameters[0], gain_table)
 
 

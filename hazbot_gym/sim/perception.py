@@ -206,35 +206,36 @@ def track_people(
             )
 
 
-@lean_kernel
+@scalar
 def perceive(
-    robots: Records,
-    people: Records,
-    walls: Floats,
-    parameters: Records,
-    history: Records,
-    key: np.uint64,
-    step: int,
-    ranges: Floats,
-    tracks: Records,
-) -> None:
+    robot: RobotRecord, people: Records, walls: Floats, p: SensorParameters, history: Records,
+    key: np.uint64, step: int, ranges: Floats, tracks: Records,
+) -> None:  # fmt: skip
     """Update all sensors at a decision.
 
     Args:
-        robots: (1,) record of the robot.
+        robot: The robot's record.
         people: (P,) PERSON records.
         walls: (W, 4) segments [m].
-        parameters: (1,) record of ``SensorParameters``.
+        p: Parameters of the sensors.
         history: (latency + 1, P) TRACK records, updated in place.
         key: Key of the scenario's noise.
         step: Number of the decision since the reset.
         ranges: (4,) readings [m], output.
         tracks: (P,) TRACK records, output.
     """
-    p = parameters[0]
-    sense_ranges(robots[0], people, walls, p.ultrasonic, np.uint64(key), step, ranges)
+    sense_ranges(robot, people, walls, p.ultrasonic, key, step, ranges)
     remember(people, history, step)
-    track_people(robots[0], walls, history, p, np.uint64(key), step, tracks)
+    track_people(robot, walls, history, p, key, step, tracks)
+
+
+@lean_kernel
+def perceive_kernel(
+    robots: Records, people: Records, walls: Floats, parameters: Records, history: Records,
+    key: np.uint64, step: int, ranges: Floats, tracks: Records,
+) -> None:  # fmt: skip
+    """Entry point from Python: ``perceive`` for arrays of one record."""
+    perceive(robots[0], people, walls, parameters[0], history, np.uint64(key), step, ranges, tracks)
 
 
 def blank_tracks(people: int) -> Records:

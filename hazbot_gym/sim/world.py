@@ -36,11 +36,11 @@ from hazbot_gym.core.state import (
 )
 from hazbot_gym.sim.contact import slack
 from hazbot_gym.sim.drive import (
-    command_robot,
+    command_kernel,
     drive,
     drive_parameters,
     free_time_s,
-    start_drive,
+    place_kernel,
 )
 from hazbot_gym.sim.lanes import DRIVE_LANES
 from hazbot_gym.sim.people import move_people, social_step
@@ -77,7 +77,7 @@ class Contact(NamedTuple):
 
 
 @lean_kernel
-def _people_step(
+def _walk(
     people: Records,
     robots: Records,
     place: Place,
@@ -99,7 +99,7 @@ def _people_step(
 
 
 @lean_kernel
-def _advance(
+def _advance_freely(
     robots: Records,
     wheels: Records,
     people: Records,
@@ -128,7 +128,7 @@ def _advance(
         drive(
             robots, wheels, place.path, parameters, gains, key, period * substeps, substeps, lanes
         )
-        slack_m = _people_step(
+        slack_m = _walk(
             people, robots, place, force, reactions, recording, key, period + 1, social_s, work
         )
         period += 1
@@ -151,7 +151,7 @@ class World:
     contact: Contact | None
 
     def __init__(self, config: Config) -> None:
-        self._clock, self._drive = config.clock, config.drive
+        self._clock, self._drive_config = config.clock, config.drive
         self._parameters = as_record(drive_parameters(config.drive, config.clock.physics_s))
         self._gains = gain_table(config.drive.tables)
         self._force = as_record(config.people.force)
@@ -185,12 +185,12 @@ class World:
         if len(people) > LANES * len(self._workspace.walkers):
             self._workspace = make_workspace(len(people))
         self._key, self.decision, self.contact = np.uint64(key), 0, None
-        self._pending[:] = self._drive.start_speed_mps
-        start_drive(
+        self._pending[:] = self._drive_config.start_speed_mps
+        place_kernel(
             self.robots,
             self._wheels,
             place.path,
-            self._drive.start_speed_mps,
+            self._drive_config.start_speed_mps,
             self._parameters,
             self._gains,
         )
@@ -200,7 +200,7 @@ class World:
             self._person_bodies.append(body)
         for i, body in enumerate(self._person_bodies):
             self._park(i, body)
-        self._social(0)
+        self._walk(0)
 
     @property
     def time_s(self) -> float:
@@ -213,24 +213,27 @@ class World:
             self.place.path,
             self._parameters,
             self._gains,
-            self._drive.start_speed_mps,
+            self._drive_config.start_speed_mps,
             self._tolerance_m,
         )
 
-    def step(self, command_mps: float, *, stops: bool = False) -> None:
-        """Simulate one decision period; stop early at a contact.
+    def command(self, speed_mps: float, *, stops: bool = False) -> None:
+        """Command a speed for the next decision, or a stop by reflex."""
+        command_kernel(self.robots, speed_mps, stops, self._pending, self.decision)
+
+    def advance(self) -> None:
+        """Drive and walk for one decision period; stop early at a contact.
 
         Social periods without possible contact are simulated at once, in compiled code; in the
         others pymunk looks for contacts at every physics step.
         """
-        command_robot(self.robots, command_mps, stops, self._pending, self.decision)
         periods = self._clock.social_per_decision
         period, end = self.decision * periods, (self.decision + 1) * periods
         while period < end and self.contact is None:
             if self._slack_m > 0.0:
-                period = self._advance(period, end)
+                period = self._advance_freely(period, end)
             else:
-                self._approach(period)
+                self._advance_near(period)
                 period += 1
         self.decision += 1
 
@@ -259,9 +262,9 @@ class World:
         self.__dict__.update(state)
         self._x, self._y = self.robots["x"], self.robots["y"]
 
-    def _advance(self, first: int, last: int) -> int:
+    def _advance_freely(self, first: int, last: int) -> int:
         """Simulate social periods while no contact is possible, and return the next one."""
-        period, self._slack_m = _advance(
+        period, self._slack_m = _advance_freely(
             self.robots,
             self._wheels,
             self.people,
@@ -282,18 +285,18 @@ class World:
         )
         return period
 
-    def _approach(self, period: int) -> None:
+    def _advance_near(self, period: int) -> None:
         """Simulate a social period with pymunk, up to a contact."""
         self._place_bodies()
         substeps = self._clock.physics_per_social
         for k in range(substeps):
-            self._physics(period * substeps + k)
+            self._drive(period * substeps + k)
             if self.contact is not None:
                 self._catch_up(k + 1)
                 return
-        self._social(period + 1)
+        self._walk(period + 1)
 
-    def _physics(self, step: int) -> None:
+    def _drive(self, step: int) -> None:
         """Drive the robot for a physics step, and move all bodies with pymunk."""
         x, y = self._x[0], self._y[0]
         drive(
@@ -311,9 +314,9 @@ class World:
         _set_velocity(self._robot_body, ((self._x[0] - x) / dt_s, (self._y[0] - y) / dt_s))
         self._space.step(dt_s)
 
-    def _social(self, step: int) -> None:
+    def _walk(self, step: int) -> None:
         """Move all people, and update their velocities for the next social period."""
-        self._slack_m = _people_step(
+        self._slack_m = _walk(
             self.people,
             self.robots,
             self.place,

@@ -98,11 +98,11 @@ _SCALE = np.array([field.scale for field in FIELDS])
 
 
 class Layout:
-    """The fields of one information tier, in the order of the observation."""
+    """The fields of an observation, in its order."""
 
-    def __init__(self, tier: str) -> None:
-        self.tier = tier
-        self.fields = FIELDS[:_OWN] if tier == "sonar" else FIELDS
+    def __init__(self, *, has_people: bool) -> None:
+        self.has_people = has_people
+        self.fields = FIELDS if has_people else FIELDS[:_OWN]
 
     @property
     def width(self) -> int:
@@ -130,20 +130,23 @@ class Layout:
         return {name: physical[..., i] for i, name in enumerate(self.names)}
 
 
-LAYOUTS = {tier: Layout(tier) for tier in ("sonar", "tracks", "privileged")}
+WITHOUT_PEOPLE, WITH_PEOPLE = Layout(has_people=False), Layout(has_people=True)
+LAYOUTS = {"sonar": WITHOUT_PEOPLE, "tracks": WITH_PEOPLE, "privileged": WITH_PEOPLE}
 
 
 def layout_of(observation: npt.ArrayLike) -> Layout:
     """Return the layout of an observation (..., width), from the size of its last axis.
 
+    Tiers with the same fields share a layout, so that the width determines it.
+
     Raises:
-        InvalidInput: The size of the last axis fits no tier.
+        InvalidInput: The size of the last axis fits no layout.
     """
     width = np.shape(observation)[-1] if np.ndim(observation) else 0
-    for layout in (LAYOUTS["tracks"], LAYOUTS["sonar"]):
+    for layout in (WITH_PEOPLE, WITHOUT_PEOPLE):
         if layout.width == width:
             return layout
-    allowed = f"{LAYOUTS['sonar'].width} (sonar) and {LAYOUTS['tracks'].width} (tracks, privileged)"
+    allowed = f"{WITHOUT_PEOPLE.width} (sonar) and {WITH_PEOPLE.width} (tracks, privileged)"
     raise InvalidInput(f"observation: last axis has {width} entries, allowed are {allowed}")
 
 
@@ -213,7 +216,7 @@ def _put_nobody(out: npt.NDArray[np.float32], i: int) -> int:
 
 
 @routine
-def encode(
+def observe(
     robot: RobotRecord, path: Records, ranges: Floats, tracks: Records, out: npt.NDArray[np.float32]
 ) -> None:
     """Write the observation; its length selects the tier.
@@ -247,8 +250,8 @@ def encode(
 
 
 @lean_kernel
-def observe(
+def observe_kernel(
     robots: Records, path: Records, ranges: Floats, tracks: Records, out: npt.NDArray[np.float32]
 ) -> None:
-    """Write the observation of one robot; ``encode`` for an array of one record."""
-    encode(robots[0], path, ranges, tracks, out)
+    """Entry point from Python: ``observe`` for an array of one record."""
+    observe(robots[0], path, ranges, tracks, out)

@@ -1,53 +1,18 @@
-"""Outcome of a decision: progress, end of the episode, and cause of a contact."""
+"""Outcome of a decision: end of the episode, and cause of a contact."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Protocol
-
-import numpy as np
 
 from hazbot_gym.core.geometry import norm, path_length
 from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.state import WALL, PersonRecord, Records, RobotRecord
+from hazbot_gym.task.step_record import Rules, StepRecord
 
 RUNNING, ARRIVED, CONTACT_PERSON, CONTACT_WALL, TIMEOUT = range(5)
 OUTCOME_NAMES = ("running", "arrived", "contact_person", "contact_wall", "timeout")
 NOBODY, BY_ROBOT, BY_PERSON = range(3)
 CAUSE_NAMES = ("nobody", "robot", "person")
-
-DECISION = np.dtype(
-    [
-        ("advance", "f8"),  # of the reference point / its advance at nominal speed
-        ("command_change", "f8"),  # commanded speed now minus before / nominal speed
-        ("nominal_speed_mps", "f8"),
-        ("outcome", "i8"),  # RUNNING, ARRIVED, ...
-        ("cause", "i8"),  # of a contact: BY_ROBOT or BY_PERSON
-        ("speed_mps", "f8"),  # relative speed of a contact
-        ("time_left", "f8"),  # remaining share of the horizon at arrival
-    ],
-    align=True,
-)
-
-
-class DecisionRecord(Protocol):
-    """One element of an array of ``DECISION``."""
-
-    advance: float
-    command_change: float
-    nominal_speed_mps: float
-    outcome: int
-    cause: int
-    speed_mps: float
-    time_left: float
-
-
-class Rules(NamedTuple):
-    """When an episode ends."""
-
-    arrival_tolerance_m: float  # tolerance of arrival at the path's end
-    horizon: int  # horizon in decisions
-
 
 TIE_MPS = 0.01  # closing speeds that differ by less count as equal, for robustness to noise
 MOVING_MPS = 0.05  # a slower robot counts as standing
@@ -70,14 +35,14 @@ def contact_cause(robot: RobotRecord, person: PersonRecord) -> tuple[int, float]
 
 
 @scalar
-def settle(
-    decision: DecisionRecord, robot: RobotRecord, people: Records, path: Records, contact: int,
+def terminate(
+    record: StepRecord, robot: RobotRecord, people: Records, path: Records, contact: int,
     steps: int, rules: Rules,
 ) -> None:  # fmt: skip
     """Write the outcome of a decision.
 
     Args:
-        decision: Record of type ``DECISION``, output.
+        record: Record of type ``STEP``, output.
         robot: The robot's record.
         people: (P,) PERSON records.
         path: (M,) records of the path.
@@ -95,7 +60,7 @@ def settle(
         outcome = ARRIVED
     elif steps >= rules.horizon:
         outcome = TIMEOUT
-    decision.outcome = outcome
-    decision.cause = cause
-    decision.speed_mps = speed_mps
-    decision.time_left = 1.0 - steps / rules.horizon
+    record.outcome = outcome
+    record.cause = cause
+    record.contact_speed_mps = speed_mps
+    record.time_left = 1.0 - steps / rules.horizon

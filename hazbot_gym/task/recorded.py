@@ -95,8 +95,11 @@ def recorded_table(recordings: list[Recording], dt_s: float) -> RecordedTable:
             firsts += recording.first_steps[people].tolist()
             tracks += [positions[person] for person in people]
         row[len(people_in) :] = len(firsts)
+    ways = np.arange(2 * len(recordings)).reshape(-1, 2)  # in the order of ``recorded_places``
     return RecordedTable(
         dt_s=dt_s,
+        recording_of_place=np.repeat(np.arange(len(recordings)), 2),
+        ways=ways,
         counts=np.array([steps_on_clock(recording, dt_s) for recording in recordings]),
         slots=slots,
         firsts=np.array(firsts, np.int64),
@@ -226,7 +229,7 @@ def draw_stretch(
     """
     u_which, u_way, _, _ = uniform4(key, SCENARIO, 0, 0)
     which = min(int(u_which * table.counts.shape[0]), table.counts.shape[0] - 1)
-    place = 2 * which + (1 if u_way < 0.5 else 0)
+    place = table.ways[which, 1 if u_way < 0.5 else 0]
     path = places.paths[place, : places.path_counts[place]]
     needed = int(2.0 * path_length(path) / nominal_speed_mps / table.dt_s)
     latest = max(table.counts[which] - 1 - needed, 0)

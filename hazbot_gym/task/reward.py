@@ -30,9 +30,9 @@ from hazbot_gym.task.outcome import (
     BY_ROBOT,
     CONTACT_PERSON,
     CONTACT_WALL,
-    DecisionRecord,
-    settle,
+    terminate,
 )
+from hazbot_gym.task.step_record import Rules, StepRecord, measure_progress
 
 TERMS = ("progress", "intrusion", "tracking", "smoothness", "burden", "contact", "arrival")
 PROGRESS, INTRUSION, TRACKING, SMOOTHNESS, BURDEN, CONTACT, ARRIVAL = range(7)
@@ -90,28 +90,26 @@ def contact_severity(cause: int, speed_mps: float) -> float:
 
 
 @scalar
-def reward_terms(
-    robot: RobotRecord, people: Records, decision: DecisionRecord, out: Floats
-) -> None:
+def reward_terms(robot: RobotRecord, people: Records, record: StepRecord, out: Floats) -> None:
     """Write the unweighted terms of one decision.
 
     Args:
         robot: The robot's record after the decision.
         people: (P,) PERSON records after the decision.
-        decision: Record of type ``task.outcome.DECISION``.
+        record: Record of type ``STEP``, with its outcome.
         out: (7,) terms in the order of ``TERMS``, written.
     """
-    out[PROGRESS] = clip(decision.advance, 0.0, 1.0)
-    out[INTRUSION] = intrusion(robot, people, decision.nominal_speed_mps)
+    out[PROGRESS] = clip(record.progress, 0.0, 1.0)
+    out[INTRUSION] = intrusion(robot, people, record.nominal_speed_mps)
     out[TRACKING] = tracking_error(robot)
-    out[SMOOTHNESS] = min(decision.command_change**2, 1.0)
+    out[SMOOTHNESS] = min(record.command_change**2, 1.0)
     out[BURDEN] = burden(people)
     out[CONTACT] = 0.0
     out[ARRIVAL] = 0.0
-    if decision.outcome == ARRIVED:
-        out[ARRIVAL] = decision.time_left
-    elif decision.outcome in (CONTACT_PERSON, CONTACT_WALL):
-        out[CONTACT] = contact_severity(decision.cause, decision.speed_mps)
+    if record.outcome == ARRIVED:
+        out[ARRIVAL] = record.time_left
+    elif record.outcome in (CONTACT_PERSON, CONTACT_WALL):
+        out[CONTACT] = contact_severity(record.cause, record.contact_speed_mps)
 
 
 @scalar
@@ -130,28 +128,32 @@ def safety_cost(terms: Floats, cause: int) -> float:
     return float(terms[INTRUSION]) + (1.0 if is_at_fault else 0.0)
 
 
-@lean_kernel
+@scalar
 def judge(
-    robots: Records,
-    people: Records,
-    path: Records,
-    contact: int,
-    steps: int,
-    rules: Records,
-    decisions: Records,
-    out: Floats,
-) -> None:
-    """Write the outcome and the unweighted terms of one decision.
+    record: StepRecord, robot: RobotRecord, people: Records, path: Records, contact: int,
+    steps: int, rules: Rules, terms: Floats,
+) -> None:  # fmt: skip
+    """Complete the record of a decision, and write its unweighted terms.
 
     Args:
-        robots: (1,) ROBOT record.
+        record: Record of type ``STEP`` with the state before the decision, completed.
+        robot: The robot's record.
         people: (P,) PERSON records.
         path: (M,) records of the path.
         contact: Index of the person in contact, ``WALL`` or ``NO_CONTACT``.
-        steps: Decisions taken so far.
-        rules: (1,) record of ``task.outcome.Rules``.
-        decisions: (1,) DECISION record; its first three fields are inputs, the others outputs.
-        out: (7,) terms in the order of ``TERMS``, written.
+        steps: Decisions taken so far, this one included.
+        rules: Scales of a decision, and when an episode ends.
+        terms: (7,) in the order of ``TERMS``, output.
     """
-    settle(decisions[0], robots[0], people, path, contact, steps, rules[0])
-    reward_terms(robots[0], people, decisions[0], out)
+    measure_progress(record, robot, rules)
+    terminate(record, robot, people, path, contact, steps, rules)
+    reward_terms(robot, people, record, terms)
+
+
+@lean_kernel
+def judge_kernel(
+    records: Records, robots: Records, people: Records, path: Records, contact: int, steps: int,
+    rules: Records, terms: Floats,
+) -> None:  # fmt: skip
+    """Entry point from Python: ``judge`` for arrays of one record."""
+    judge(records[0], robots[0], people, path, contact, steps, rules[0], terms)

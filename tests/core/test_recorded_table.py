@@ -7,6 +7,8 @@ from hazbot_gym.core.recorded_table import NO_STRETCH, RecordedTable, Stretch, r
 # Two recordings: of three people in two slots, and of one person who comes at step 4.
 TABLE = RecordedTable(
     dt_s=0.1,
+    recording_of_place=np.array([0, 0, 1, 1]),
+    ways=np.array([[0, 1], [2, 3]]),
     counts=np.array([10, 8]),
     slots=np.array([[0, 2, 3], [3, 4, 4]]),
     firsts=np.array([1, 7, 0, 4]),

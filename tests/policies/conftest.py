@@ -11,7 +11,8 @@ import pytest
 
 from hazbot_gym.core.geometry import straight_path
 from hazbot_gym.core.state import ROBOT, TRACK, records
-from hazbot_gym.task.observation import LAYOUTS, encode
+from hazbot_gym.task.observation import LAYOUTS
+from hazbot_gym.task.observation import observe as write_observation
 
 PATH = straight_path(np.array([[0.0, 0.0], [20.0, 0.0]])).view(np.recarray)
 
@@ -59,7 +60,7 @@ def observe() -> Callable[..., Any]:
         for track, (x, y, vx, vy) in zip(tracks, people, strict=True):
             track.visible, track.x, track.y, track.vx, track.vy = 1, x, y, vx, vy
         out = np.zeros(LAYOUTS["tracks"].width, np.float32)
-        encode(robot, PATH, np.full(4, 4.0), tracks, out)
+        write_observation(robot, PATH, np.full(4, 4.0), tracks, out)
         return out
 
     return encoded

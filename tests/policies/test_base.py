@@ -9,9 +9,10 @@ import pytest
 
 from hazbot_gym import policies
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.policies.base import REGISTER, Policy, speed_action
+from hazbot_gym.policies.base import REGISTER, Policy
 from hazbot_gym.policies.constant import Constant
 from hazbot_gym.policies.own_policy import OwnPolicy
+from hazbot_gym.task.action import speed_action
 
 FROM_FILES = ("ppo", "learned")  # test_learned.py makes these
 

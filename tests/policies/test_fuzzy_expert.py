@@ -19,7 +19,8 @@ from hazbot_gym.policies.fuzzy_expert import (
     FuzzyExpert,
 )
 from hazbot_gym.policies.fuzzy_readings import FuzzyReading
-from hazbot_gym.task.observation import LAYOUTS, encode
+from hazbot_gym.task.observation import LAYOUTS
+from hazbot_gym.task.observation import observe as write_observation
 
 REFERENCE = json.loads(
     (Path(__file__).parents[1] / "reference" / "behaviour.json").read_text(encoding="utf-8")
@@ -49,7 +50,7 @@ def observe(
         track.visible, track.pattern = 1, person.pattern
         track.x, track.y, track.vx, track.vy = person[:4]
     out = np.zeros(LAYOUTS[tier].width, dtype=np.float32)
-    encode(robot, PATH, np.full(4, 4.0), tracks, out)
+    write_observation(robot, PATH, np.full(4, 4.0), tracks, out)
     return out
 
 

@@ -12,11 +12,12 @@ from hazbot_gym import policies
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.actor import Actor, Normalisation
 from hazbot_gym.policies.actor_file import describe, write
-from hazbot_gym.policies.base import REGISTER, speed_action
+from hazbot_gym.policies.base import REGISTER
 from hazbot_gym.policies.fuzzy_readings import READINGS
 from hazbot_gym.policies.guard import Guarded
 from hazbot_gym.policies.layer import Layer
 from hazbot_gym.policies.lstm import Lstm
+from hazbot_gym.task.action import speed_action
 from hazbot_gym.task.observation import LAYOUTS
 
 RULES = (

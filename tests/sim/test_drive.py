@@ -16,11 +16,11 @@ from hazbot_gym.core.pid import PLANTS
 from hazbot_gym.core.state import LEFT, RIGHT, ROBOT, WHEEL, Floats, Records, as_record, records
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.drive import (
+    command_robot,
     drive,
     drive_parameters,
     free_time_s,
-    give_command,
-    start_drive,
+    place_kernel,
     update_pose_error,
 )
 from hazbot_gym.sim.lanes import (
@@ -68,7 +68,7 @@ def make_rig(path: Records, start_mps: float = 0.0, **options: Any) -> Rig:
     settings = Drive(**{**QUIET, **options})
     parameters = as_record(drive_parameters(settings, DT_S))
     rig = Rig(records(ROBOT, 1), records(WHEEL, 2), path, parameters, TABLES[settings.tables])
-    start_drive(rig.robots, rig.wheels, path, start_mps, parameters, rig.table)
+    place_kernel(rig.robots, rig.wheels, path, start_mps, parameters, rig.table)
     return rig
 
 
@@ -243,7 +243,7 @@ def test_drive_obeys_the_command_of_some_decisions_ago(
     robot, pending = records(ROBOT, 1).view(np.recarray)[0], np.full(latency_steps + 1, 0.2)
     obeyed = []
     for k, command_mps in enumerate([0.1, 0.5, 0.3, 0.0, 0.4]):
-        give_command(robot, command_mps, False, pending, k)
+        command_robot(robot, command_mps, False, pending, k)
         assert robot.command == command_mps
         obeyed.append(float(robot.obeyed))
 
@@ -252,10 +252,10 @@ def test_drive_obeys_the_command_of_some_decisions_ago(
 
 def test_a_stop_by_reflex_is_obeyed_at_once_and_noted_as_the_command() -> None:
     robot, pending = records(ROBOT, 1).view(np.recarray)[0], np.full(3, 0.5)
-    give_command(robot, 0.5, True, pending, 0)
+    command_robot(robot, 0.5, True, pending, 0)
     assert robot.command == robot.obeyed == 0.0
     for k, obeyed in ((1, 0.5), (2, 0.0)):  # later, what came before it and then itself
-        give_command(robot, 0.5, False, pending, k)
+        command_robot(robot, 0.5, False, pending, k)
         assert robot.obeyed == obeyed
 
 

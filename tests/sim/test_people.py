@@ -159,7 +159,8 @@ def test_compiled_people_walk_like_interpreted_ones() -> None:
             )  # fmt: skip
             move_people(slow.view(np.recarray), DT_S)
             step += 1
-        world.step(0.0)
+        world.command(0.0)
+        world.advance()
     for axis in ("x", "y"):
         assert slow[axis] == pytest.approx(quick[axis], abs=1e-9)
 
@@ -187,7 +188,8 @@ def test_a_scripted_head_on_walker_leaves_a_robot_alone_that_stops(
         scenario = source.draw(key)
         world.reset(scenario.place, scenario.people, scenario.recording, key)
         for decision in range(400):
-            world.step(0.5 if decision < driven_s * 10 and world.contact is None else 0.0)
+            world.command(0.5 if decision < driven_s * 10 and world.contact is None else 0.0)
+            world.advance()
             if world.contact is not None or world.people["status"][0] == GONE:
                 break
         assert world.contact is None

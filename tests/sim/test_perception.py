@@ -35,7 +35,7 @@ from hazbot_gym.sim.perception import (
     TrackerParameters,
     blank_tracks,
     echo,
-    perceive,
+    perceive_kernel,
     remember,
     sense_ranges,
     track_people,
@@ -81,7 +81,7 @@ class Rig:
 
     def look(self) -> Records:
         """Let the sensors report a decision; return the tracks."""
-        perceive(
+        perceive_kernel(
             self.robots, self.people, self.walls, self.parameters, self.history,
             self.key, self.step, self.ranges, self.tracks,
         )  # fmt: skip

@@ -3,8 +3,8 @@
 import pytest
 
 from hazbot_gym.core import state
-from hazbot_gym.sim import batch, lanes, walkers
-from hazbot_gym.task import outcome
+from hazbot_gym.sim import batched_worlds, lanes, walkers
+from hazbot_gym.task import step_record
 
 
 @pytest.mark.parametrize(
@@ -14,9 +14,9 @@ from hazbot_gym.task import outcome
         (state.WheelRecord, state.WHEEL),
         (state.PersonRecord, state.PERSON),
         (state.TrackRecord, state.TRACK),
-        (outcome.DecisionRecord, outcome.DECISION),
+        (step_record.StepRecord, step_record.STEP),
         (lanes.DriveLanes, lanes.DRIVE_LANES),
-        (batch.Group, batch.GROUP),
+        (batched_worlds.Group, batched_worlds.GROUP),
         (walkers.WalkersRecord, walkers.WALKERS),
         (walkers.PushesRecord, walkers.PUSHES),
     ],

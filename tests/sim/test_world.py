@@ -64,7 +64,7 @@ def records_of(world: World) -> Floats:
 def test_bodies_follow_their_records_where_something_is_near(
     place: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    near, approach = [], World._approach
+    near, approach = [], World._advance_near
 
     def compare(world: World, period: int) -> None:
         present = world.people["status"].tolist()
@@ -74,13 +74,14 @@ def test_bodies_follow_their_records_where_something_is_near(
             near.append(len(records_of(world)))
             assert bodies_of(world) == pytest.approx(records_of(world), abs=1e-9)
 
-    monkeypatch.setattr(World, "_approach", compare)
+    monkeypatch.setattr(World, "_advance_near", compare)
     config, rng = make_config(place=place, people={"count": [4, 4]}), np.random.default_rng(0)
     for key in range(20):
         world = drawn(config, key)
         for _ in range(250):
             if world.contact is None:
-                world.step(float(rng.uniform(0.3, 0.5)))
+                world.command(float(rng.uniform(0.3, 0.5)))
+                world.advance()
     assert near
     assert max(near) > 1  # people, too
 
@@ -88,7 +89,8 @@ def test_bodies_follow_their_records_where_something_is_near(
 def test_a_contact_within_a_social_period_leaves_records_and_bodies_together() -> None:
     world = with_walker(1.013, 0.0, -0.7)
     while world.contact is None:
-        world.step(0.5)
+        world.command(0.5)
+        world.advance()
     assert bodies_of(world) == pytest.approx(records_of(world), abs=1e-9)
 
 
@@ -99,7 +101,8 @@ def test_one_space_serves_all_episodes() -> None:
     for key in range(2, 12):
         drawn(config, key, world)
         for _ in range(20):
-            world.step(0.5)
+            world.command(0.5)
+            world.advance()
     assert world._space is space
     assert world._robot_body is robot
     assert len(space.bodies) == 1 + len(world._person_bodies) == 1 + 4
@@ -109,11 +112,14 @@ def test_an_episode_does_not_depend_on_the_one_before() -> None:
     config = make_config(people={"count": [4, 4]})
     fresh, used = drawn(config, 7), drawn(config, 3)
     for _ in range(60):
-        used.step(0.5)
+        used.command(0.5)
+        used.advance()
     drawn(config, 7, used)
     for _ in range(100):
-        fresh.step(0.4)
-        used.step(0.4)
+        fresh.command(0.4)
+        fresh.advance()
+        used.command(0.4)
+        used.advance()
         assert fresh.robots.tolist() == used.robots.tolist()
         assert fresh.people.tolist() == used.people.tolist()
         assert (fresh.contact is None) == (used.contact is None)
@@ -139,7 +145,8 @@ def trajectory(config: Any, key: int, speeds: Floats) -> list[Any]:
     world = drawn(config, key)
     passed = []
     for speed in speeds:
-        world.step(float(speed))
+        world.command(float(speed))
+        world.advance()
         people = world.people[["x", "y", "vx", "vy", "status"]].tolist()
         passed.append((world.robots.tolist(), people, world.contact))
         if world.contact is not None:
@@ -154,13 +161,13 @@ def test_looking_for_contacts_only_where_they_can_occur_changes_nothing(
     config = make_config(place=place, people={"count": [4, 4]})
     speeds = np.random.default_rng(1).choice([0.0, 0.25, 0.5], 150)
     quick = [trajectory(config, key, speeds) for key in range(4)]
-    step = world_module._people_step
+    step = world_module._walk
 
     def without_slack(*arguments: Any) -> float:
         step(*arguments)
         return -1.0
 
-    monkeypatch.setattr(world_module, "_people_step", without_slack)
+    monkeypatch.setattr(world_module, "_walk", without_slack)
     assert [trajectory(config, key, speeds) for key in range(4)] == quick
 
 
@@ -176,10 +183,10 @@ def test_the_shortcut_is_taken_and_contacts_are_met(monkeypatch: pytest.MonkeyPa
 
         return noting
 
-    monkeypatch.setattr(World, "_advance", note(World._advance))
-    monkeypatch.setattr(World, "_approach", note(World._approach))
+    monkeypatch.setattr(World, "_advance_freely", note(World._advance_freely))
+    monkeypatch.setattr(World, "_advance_near", note(World._advance_near))
     ends = [trajectory(config, key, np.full(400, 0.5))[-1][2] for key in range(30)]
-    assert set(taken) == {"_advance", "_approach"}
+    assert set(taken) == {"_advance_freely", "_advance_near"}
     assert any(contact is not None for contact in ends)
 
 
@@ -191,7 +198,8 @@ def test_a_person_is_touched_when_the_discs_meet(offset: float) -> None:
     world = with_walker(2.0, offset, -0.5)
     while world.contact is None:
         before = np.hypot(*np.subtract(*records_of(world)))
-        world.step(0.5)
+        world.command(0.5)
+        world.advance()
     assert world.contact.person == 0
     assert np.hypot(*np.subtract(*records_of(world))) < TOUCH_M
     assert before >= TOUCH_M
@@ -202,7 +210,8 @@ def test_a_person_is_touched_when_the_discs_meet(offset: float) -> None:
 def test_a_person_who_passes_with_a_centimetre_to_spare_is_not_touched() -> None:
     world = with_walker(2.0, TOUCH_M + 0.01, -0.5)
     for _ in range(80):
-        world.step(0.5)
+        world.command(0.5)
+        world.advance()
     assert world.contact is None
 
 
@@ -213,7 +222,8 @@ def test_a_wall_is_touched_when_the_disc_meets_it() -> None:
     place = Place(wall, *corridor[1:])
     world.reset(place, records(PERSON, 0), NO_STRETCH, 0)
     while world.contact is None:
-        world.step(0.5)
+        world.command(0.5)
+        world.advance()
     assert world.contact.person == WALL
     assert world.robots["x"][0] == pytest.approx(2.0 - ROBOT_RADIUS_M, abs=0.5 * 0.01 + 1e-9)
     assert world.robots["x"][0] > 2.0 - ROBOT_RADIUS_M
@@ -224,7 +234,8 @@ def test_of_several_contacts_at_once_the_first_person_counts() -> None:
     people = {"model": "scripted", "walkers": walkers}
     world = drawn(make_config(place="open", people=people, drive=IDEAL), 1)
     while world.contact is None:
-        world.step(0.5)
+        world.command(0.5)
+        world.advance()
     assert world.contact.person == 0
 
 
@@ -234,7 +245,8 @@ def test_a_contact_in_the_first_step_is_met_in_every_episode() -> None:
     walker = world.people.copy()
     for _ in range(4):
         world.reset(world.place, walker.copy(), NO_STRETCH, 1)
-        world.step(0.5)
+        world.command(0.5)
+        world.advance()
         assert world.contact is not None
 
 
@@ -243,7 +255,8 @@ def test_the_contact_of_an_episode_is_forgotten_at_the_next() -> None:
     walker = world.people.copy()
     walker["x"] = 1.0
     while world.contact is None:
-        world.step(0.5)
+        world.command(0.5)
+        world.advance()
     world.reset(world.place, walker, NO_STRETCH, 1)
     assert world.contact is None
 
@@ -253,7 +266,8 @@ def test_people_do_not_push_each_other_in_pymunk() -> None:
     people = {"model": "scripted", "walkers": walkers}
     world = drawn(make_config(place="open", people=people, drive=IDEAL), 1)
     for _ in range(20):
-        world.step(0.0)
+        world.command(0.0)
+        world.advance()
     assert world.people["x"].tolist() == pytest.approx([5.0, 3.0])
 
 
@@ -263,7 +277,8 @@ def test_absent_people_touch_nobody() -> None:
     absent["model"], absent["status"] = SCRIPTED, GONE
     world.reset(world.place, absent, NO_STRETCH, 1)
     for _ in range(40):
-        world.step(0.5)
+        world.command(0.5)
+        world.advance()
     assert world.contact is None
 
 
@@ -282,7 +297,8 @@ def test_a_contact_has_a_cause_and_a_speed(
 ) -> None:
     world = with_walker(1.5, 0.0, person_mps, start_speed_mps=command_mps)
     while world.contact is None:
-        world.step(command_mps)
+        world.command(command_mps)
+        world.advance()
     robot, people = world.robots.view(np.recarray)[0], world.people.view(np.recarray)
     assert contact_cause(robot, people[0]) == (cause, pytest.approx(speed_mps, abs=1e-6))
 
@@ -293,7 +309,8 @@ def test_a_contact_has_a_cause_and_a_speed(
 def test_time_counts_decisions() -> None:
     world = with_walker(9.0, 5.0, 0.0)
     for _ in range(7):
-        world.step(0.5)
+        world.command(0.5)
+        world.advance()
     assert world.time_s == 0.7
     assert world.robots["s"][0] == pytest.approx(0.35)
 
@@ -304,7 +321,8 @@ def test_a_snapshot_is_a_copy_of_those_present() -> None:
     copy: Records = before.people.copy()
     assert len(before.people) == np.sum(world.people["status"] == PRESENT)
     for _ in range(5):
-        world.step(0.5)
+        world.command(0.5)
+        world.advance()
     assert before.people.tolist() == copy.tolist()
     assert world.snapshot().x > before.x
 
@@ -315,5 +333,6 @@ def test_the_free_time_is_that_of_a_robot_alone_at_full_speed() -> None:
     world = drawn(config, 0)
     goal_m = 12.0 - config.arrival_tolerance_m
     while world.robots["s"][0] + world.robots["x_e"][0] < goal_m:
-        world.step(0.5)
+        world.command(0.5)
+        world.advance()
     assert world.free_time_s() == pytest.approx(world.time_s, abs=0.1)

@@ -27,7 +27,7 @@ from hazbot_gym.task.observation import (
     PERSON_SLOTS,
     layout_of,
     markdown_table,
-    observe,
+    observe_kernel,
 )
 
 LAYOUT = LAYOUTS["tracks"]
@@ -69,7 +69,7 @@ def observation_of(
     out = np.full(LAYOUTS[tier].width, np.nan, dtype=np.float32)
     ranges = np.array([0.5, 1.0, 2.0, 4.0]) if ranges is None else ranges
     robot = a_robot() if robot is None else robot
-    observe(robot, PATH, ranges, seen() if tracks is None else tracks, out)
+    observe_kernel(robot, PATH, ranges, seen() if tracks is None else tracks, out)
     return out
 
 

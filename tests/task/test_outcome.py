@@ -14,17 +14,16 @@ from hazbot_gym.task.outcome import (
     BY_ROBOT,
     CONTACT_PERSON,
     CONTACT_WALL,
-    DECISION,
     NOBODY,
     RUNNING,
     TIMEOUT,
-    Rules,
     contact_cause,
-    settle,
+    terminate,
 )
+from hazbot_gym.task.step_record import STEP, Rules
 
 PATH = straight_path(np.array([[0.0, 0.0], [12.0, 0.0]])).view(np.recarray)
-RULES = Rules(arrival_tolerance_m=0.05, horizon=600)
+RULES = Rules(nominal_speed_mps=0.5, decision_s=0.1, arrival_tolerance_m=0.05, horizon=600)
 
 
 def record(dtype: np.dtype[np.void], **fields: float) -> Any:
@@ -35,10 +34,10 @@ def record(dtype: np.dtype[np.void], **fields: float) -> Any:
 
 
 def settled(*, contact: int = NO_CONTACT, steps: int = 100, **robot: float) -> Any:
-    decision = record(DECISION)
+    decision = record(STEP)
     people = records(PERSON, 2).view(np.recarray)
     people["x"], people["vx"] = (9.0, 0.5), (0.0, -1.0)
-    settle(decision, record(ROBOT, **robot), people, PATH, contact, steps, RULES)
+    terminate(decision, record(ROBOT, **robot), people, PATH, contact, steps, RULES)
     return decision
 
 
@@ -74,7 +73,7 @@ def test_contact_is_caused_by_the_robot_if_it_moves_and_closes_no_slower(
 def test_decision_on_the_way_leaves_the_episode_running() -> None:
     decision = settled(s=5.0, v=0.5)
 
-    assert (decision.outcome, decision.cause, decision.speed_mps) == (RUNNING, NOBODY, 0.0)
+    assert (decision.outcome, decision.cause, decision.contact_speed_mps) == (RUNNING, NOBODY, 0.0)
     assert decision.time_left == pytest.approx(5.0 / 6.0)
 
 
@@ -104,6 +103,7 @@ def test_contact_names_its_cause_and_speed_and_comes_before_arrival() -> None:
     person = settled(contact=1, s=12.0, v=0.5)
     wall = settled(contact=WALL, s=12.0, v=-0.5)
 
-    assert (person.outcome, person.cause, person.speed_mps) == (CONTACT_PERSON, BY_PERSON, 1.5)
-    assert (wall.outcome, wall.cause, wall.speed_mps) == (CONTACT_WALL, BY_ROBOT, 0.5)
+    assert (person.outcome, person.cause) == (CONTACT_PERSON, BY_PERSON)
+    assert person.contact_speed_mps == 1.5
+    assert (wall.outcome, wall.cause, wall.contact_speed_mps) == (CONTACT_WALL, BY_ROBOT, 0.5)
     assert settled(contact=0, v=0.5).cause == BY_ROBOT  # whom it drives into stands

@@ -77,7 +77,7 @@ def drawn(recordings: list[Recording], speed_mps: float = 0.5) -> tuple[Recorded
 
 def positions_at(table: RecordedTable, which: int, step: int) -> list[Floats]:
     """Return people's positions at a step of a recording, slot by slot; NaN where one is empty."""
-    stretch = stretch_of(table, 2 * which, step)
+    stretch = stretch_of(table, int(table.ways[which, 0]), step)
     rows = [rows_from(stretch, slot, 0) for slot in range(len(stretch.slots) - 1)]
     return [table.positions[row] if row < end else np.full(2, np.nan) for row, end in rows]
 

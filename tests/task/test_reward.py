@@ -22,11 +22,14 @@ from hazbot_gym.core.state import (
     as_record,
     records,
 )
-from hazbot_gym.task.outcome import BY_PERSON, BY_ROBOT, DECISION, Rules
-from hazbot_gym.task.reward import TERMS, contact_severity, intrusion, judge, tracking_error
+from hazbot_gym.task.outcome import BY_PERSON, BY_ROBOT
+from hazbot_gym.task.reward import TERMS, contact_severity, intrusion, judge_kernel, tracking_error
+from hazbot_gym.task.step_record import STEP, Rules
 
 PATH = straight_path(np.array([[0.0, 0.0], [12.0, 0.0]]))
-RULES = as_record(Rules(arrival_tolerance_m=0.05, horizon=100))
+RULES = as_record(
+    Rules(nominal_speed_mps=0.5, decision_s=0.1, arrival_tolerance_m=0.05, horizon=100)
+)
 NUMBERS = st.floats(-20.0, 20.0)
 
 
@@ -51,14 +54,15 @@ def judged(
     *,
     contact: int = NO_CONTACT,
     steps: int = 50,
-    **decision: float,
+    progress: float = 0.0,
+    command_change: float = 0.0,
 ) -> dict[str, float]:
-    decisions, out = records(DECISION, 1), np.full(len(TERMS), np.nan)
-    for name, value in {"nominal_speed_mps": 0.5, **decision}.items():
-        decisions[name] = value
+    record, out = records(STEP, 1), np.full(len(TERMS), np.nan)
     robot = a_robot() if robot is None else robot
     people = records(PERSON, 0) if people is None else people
-    judge(robot, people, PATH, contact, steps, RULES, decisions, out)
+    record["s_before_m"] = robot["s"] - 0.05 * progress
+    record["command_before_mps"] = robot["command"] - 0.5 * command_change
+    judge_kernel(record, robot, people, PATH, contact, steps, RULES, out)
     return dict(zip(TERMS, out.tolist(), strict=True))
 
 
@@ -84,7 +88,7 @@ def test_every_term_is_within_its_range_whatever_happens(
         people,
         contact=contact,
         steps=steps,
-        advance=decision[0],
+        progress=decision[0],
         command_change=decision[1],
     )
 
@@ -92,9 +96,9 @@ def test_every_term_is_within_its_range_whatever_happens(
     assert all(0.0 <= value <= 1.0 for value in terms.values())
 
 
-@pytest.mark.parametrize(("advance", "expected"), [(-0.2, 0.0), (0.4, 0.4), (1.3, 1.0)])
-def test_progress_is_the_share_of_the_way_at_nominal_speed(advance: float, expected: float) -> None:
-    assert judged(advance=advance)["progress"] == expected
+@pytest.mark.parametrize(("progress", "expected"), [(-0.2, 0.0), (0.4, 0.4), (1.3, 1.0)])
+def test_progress_is_relative_to_nominal_speed(progress: float, expected: float) -> None:
+    assert judged(progress=progress)["progress"] == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(
@@ -182,7 +186,7 @@ def a_stroll(commands: list[float]) -> float:
     """Return the default reward of driving alone at these shares of the nominal speed."""
     weights: dict[str, Any] = RewardWeights()._asdict()
     changes = np.diff([0.0, *commands])
-    steps = [judged(advance=c, command_change=d) for c, d in zip(commands, changes, strict=True)]
+    steps = [judged(progress=c, command_change=d) for c, d in zip(commands, changes, strict=True)]
     return math.fsum(weights[name] * value for terms in steps for name, value in terms.items())
 
 
@@ -192,6 +196,6 @@ def test_steady_speed_is_worth_more_than_on_and_off_at_the_same_mean() -> None:
 
 def test_default_weights_make_waiting_better_than_driving_through_intimate_space() -> None:
     weights = RewardWeights()
-    passing = judged(a_robot(v=0.5), somebody(0.3), advance=1.0)
+    passing = judged(a_robot(v=0.5), somebody(0.3), progress=1.0)
 
     assert weights.progress * passing["progress"] + weights.intrusion * passing["intrusion"] < 0.0

@@ -30,6 +30,7 @@ from hazbot_gym.policies import make
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.policies.guard import Actions, Observations
 from hazbot_gym.policies.knobs import sweep
+from hazbot_gym.task.action import nearest_level
 from hazbot_gym.task.scenario import Source
 from hazbot_gym.utils import processors
 from hazbot_gym.utils.json_object import JsonObject
@@ -55,8 +56,7 @@ class OnLattice:
     ) -> tuple[Actions, object]:
         """Return the rounded action; see ``policies.base.Policy``."""
         actions, state = self._policy.predict(observation, state, episode_start, deterministic)
-        steps = np.rint((np.asarray(actions, np.float64) + 1.0) / 2.0 * (LEVELS - 1))
-        return (2.0 * steps / (LEVELS - 1) - 1.0).astype(np.float32), state
+        return (2.0 * nearest_level(actions, LEVELS) / (LEVELS - 1) - 1.0).astype(np.float32), state
 
 
 class Played(NamedTuple):

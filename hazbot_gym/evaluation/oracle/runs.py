@@ -26,6 +26,7 @@ from hazbot_gym.evaluation.rollout import episode_seed, resolve, scenario_id
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.policies.base import NO_CODE, Permissions
 from hazbot_gym.policies.base import make as make_policy
+from hazbot_gym.task.action import action_of_speed
 from hazbot_gym.task.scenario import Source
 
 
@@ -80,7 +81,10 @@ def _exact(config: Config, seeds: Sequence[int]) -> list[trajectory_search.Found
     source = Source(config)
     found = [optimum(config, source.draw(key), key, with_speeds=True) for key in keys]
     return [
-        trajectory_search.Found(_actions(each.speeds_mps, config), each.value) for each in found
+        trajectory_search.Found(
+            action_of_speed(each.speeds_mps, config.drive.nominal_speed_mps), each.value
+        )
+        for each in found
     ]
 
 
@@ -108,13 +112,7 @@ def _searched(
 
 
 def _commanded(episode: Episode, config: Config) -> Floats:
-    return _actions(episode.command_mps[1:], config)
-
-
-def _actions(speeds_mps: Floats, config: Config) -> Floats:
-    """Return speeds as actions in [-1, 1]."""
-    actions: Floats = 2.0 * speeds_mps / config.drive.nominal_speed_mps - 1.0
-    return actions.clip(-1.0, 1.0)
+    return action_of_speed(episode.command_mps[1:], config.drive.nominal_speed_mps)
 
 
 def _lengthened(actions: Floats, length: int) -> Floats:

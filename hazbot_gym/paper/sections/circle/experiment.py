@@ -19,7 +19,7 @@ from hazbot_gym.core.jit import lean_kernel
 from hazbot_gym.core.kinematics import Pose
 from hazbot_gym.core.state import LEFT, RIGHT, ROBOT, WHEEL, Floats, Records, as_record, records
 from hazbot_gym.paper.numbers import reported
-from hazbot_gym.sim.drive import drive_parameters, start_drive, update_pose_error
+from hazbot_gym.sim.drive import drive_parameters, place_kernel, update_pose_error
 from hazbot_gym.sim.lanes import DRIVE_LANES, drive_alone, drive_values, load_lane, store_lane
 from hazbot_gym.task.place_data import build_place
 from hazbot_gym.task.places import CIRCLE_RADIUS_M, circle
@@ -124,7 +124,7 @@ def drive_lap(
     parameters = as_record(drive_parameters(drive, physics_s))
     table = gain_table(drive.tables)
     robots, wheels = records(ROBOT, 1), records(WHEEL, 2)
-    start_drive(robots, wheels, path, 0.0, parameters, table)
+    place_kernel(robots, wheels, path, 0.0, parameters, table)
     lap_s = path_length(path.view(np.recarray)) / drive.nominal_speed_mps
     out = np.empty((int(lap_s / physics_s), len(COLUMNS)))
     _drive_lap(

@@ -1,7 +1,7 @@
 """Batched step kernel: physics, sensors, reward and resets of many worlds.
 
-Composes the formulas of ``sim`` and ``task`` for arrays of worlds, as ``envs/corridor.py`` does for
-one world on pymunk. Nothing here allocates, and worlds are independent.
+The order of a step is that of ``envs/corridor.py``, one world on pymunk (``task/step_record.py``).
+Nothing here allocates, and worlds are independent.
 """
 
 from __future__ import annotations
@@ -13,22 +13,23 @@ import numpy.typing as npt
 
 from hazbot_gym.core.jit import LANES, lean_kernel, scalar
 from hazbot_gym.core.state import NO_PATTERN, Floats, Records
-from hazbot_gym.sim.batch import (
-    Group,
+from hazbot_gym.sim.batched_worlds import (
     Mechanics,
     Surroundings,
     Worlds,
+    advance_group,
     place_of,
     start_people,
-    step_group,
 )
-from hazbot_gym.sim.drive import give_command, place_robot
-from hazbot_gym.sim.perception import remember, sense_ranges, track_people
+from hazbot_gym.sim.drive import command_robot, place_robot
+from hazbot_gym.sim.perception import perceive
 from hazbot_gym.sim.walkers import Workspace
-from hazbot_gym.task.observation import encode
-from hazbot_gym.task.outcome import RUNNING, settle
-from hazbot_gym.task.reward import reward_terms, safety_cost, total
+from hazbot_gym.task.action import commanded_speed
+from hazbot_gym.task.observation import observe
+from hazbot_gym.task.outcome import RUNNING
+from hazbot_gym.task.reward import judge, safety_cost, total
 from hazbot_gym.task.scenario import ScenarioTable, draw_scenario
+from hazbot_gym.task.step_record import open_record
 
 Bools = npt.NDArray[np.bool_]
 Observations = npt.NDArray[np.float32]
@@ -48,7 +49,7 @@ class Outputs(NamedTuple):
 
     observations: Observations  # (N, width)
     final_observations: Observations  # (N, width) of episodes that ended and were reset at once
-    decisions: Records  # (N,) DECISION
+    records: Records  # (N,) STEP
     terms: Floats  # (N, 7)
     rewards: Floats  # (N,) their weighted sum
     costs: Floats  # (N,) safety cost
@@ -65,8 +66,6 @@ class Problem(NamedTuple):
     weights: Floats  # (7,) of the reward terms
     nobody: Records  # (1,) blank PERSON
     start_speed_mps: float
-    nominal_speed_mps: float
-    decision_s: float
 
 
 @scalar
@@ -79,15 +78,46 @@ def _surroundings(problem: Problem) -> Surroundings:
 
 
 @scalar
-def _look(i: int, worlds: Worlds, problem: Problem, out: Observations) -> None:
-    """Update the sensors of world i, and write its observation."""
-    place = place_of(worlds, i, _surroundings(problem))
-    p, robot, key, step = problem.sensors[0], worlds.robots[i], worlds.keys[i], worlds.steps[i]
-    people, tracks, history = worlds.people[i], worlds.tracks[i], worlds.history[i]
-    sense_ranges(robot, people, place.walls, p.ultrasonic, key, step, worlds.ranges[i])
-    remember(people, history, step)
-    track_people(robot, place.walls, history, p, key, step, tracks)
-    encode(robot, place.path, worlds.ranges[i], tracks, out[i])
+def _command(
+    i: int, action: float, reflex_stop_m: float, worlds: Worlds, problem: Problem, outputs: Outputs
+) -> None:
+    """Command the speed of an action to the robot of world i, and record the state before it."""
+    robot = worlds.robots[i]
+    open_record(outputs.records[i], robot)
+    speed_mps = commanded_speed(action, problem.rules[0].nominal_speed_mps)
+    stops = min(worlds.ranges[i, 0], worlds.ranges[i, 1]) < reflex_stop_m
+    command_robot(robot, speed_mps, stops, worlds.pending[i], worlds.steps[i])
+
+
+@scalar
+def _perceive(i: int, worlds: Worlds, problem: Problem) -> None:
+    """Update the sensors of world i."""
+    perceive(
+        worlds.robots[i], worlds.people[i], place_of(worlds, i, _surroundings(problem)).walls,
+        problem.sensors[0], worlds.history[i], worlds.keys[i], worlds.steps[i], worlds.ranges[i],
+        worlds.tracks[i],
+    )  # fmt: skip
+
+
+@scalar
+def _judge(
+    i: int, contact: int, worlds: Worlds, episodes: Episodes, problem: Problem, outputs: Outputs
+) -> None:
+    """Write outcome, reward and cost of the decision of world i."""
+    record, terms, steps = outputs.records[i], outputs.terms[i], worlds.steps[i]
+    path = place_of(worlds, i, _surroundings(problem)).path
+    judge(record, worlds.robots[i], worlds.people[i], path, contact, steps, problem.rules[0], terms)
+    outputs.rewards[i] = total(terms, problem.weights)
+    outputs.costs[i] = safety_cost(terms, record.cause)
+    outputs.steps[i] = steps
+    episodes.is_over[i] = record.outcome != RUNNING
+
+
+@scalar
+def _observe(i: int, worlds: Worlds, problem: Problem, outputs: Outputs) -> None:
+    """Write the observation of world i."""
+    path = place_of(worlds, i, _surroundings(problem)).path
+    observe(worlds.robots[i], path, worlds.ranges[i], worlds.tracks[i], outputs.observations[i])
 
 
 @scalar
@@ -98,7 +128,7 @@ def _reset_world(
     if episodes.was_over[i]:
         outputs.terms[i, :] = 0.0
         outputs.rewards[i] = outputs.costs[i] = 0.0
-        outputs.decisions[i].outcome = RUNNING
+        outputs.records[i].outcome = RUNNING
         outputs.steps[i] = 0
     else:
         for k in range(outputs.observations.shape[1]):
@@ -122,51 +152,8 @@ def _reset_world(
         worlds.robots[i], worlds.wheels[i], path, problem.start_speed_mps, m.drive[0], m.gains
     )
     start_people(worlds, i, _surroundings(problem), m, work)
-    _look(i, worlds, problem, outputs.observations)
-
-
-@scalar
-def _decide(
-    lane: int, group: Group, command_mps: float, stops: bool, worlds: Worlds, outputs: Outputs
-) -> None:
-    """Apply the action to the robot in a lane, and record the state before it."""
-    i = group.world[lane]
-    robot, decision = worlds.robots[i], outputs.decisions[i]
-    decision.advance = robot.s
-    before_mps = robot.command
-    give_command(robot, command_mps, stops, worlds.pending[i], worlds.steps[i])
-    decision.command_change = robot.command - before_mps
-
-
-@scalar
-def _judge(
-    lane: int, group: Group, worlds: Worlds, episodes: Episodes, problem: Problem,
-    outputs: Outputs,
-) -> None:  # fmt: skip
-    """Compute outcome and reward of the decision in a lane, and update the sensors."""
-    i = group.world[lane]
-    robot, decision, people = worlds.robots[i], outputs.decisions[i], worlds.people[i]
-    path = place_of(worlds, i, _surroundings(problem)).path
-    worlds.steps[i] += 1
-    nominal = problem.nominal_speed_mps
-    decision.advance = (robot.s - decision.advance) / (nominal * problem.decision_s)
-    decision.command_change /= nominal
-    decision.nominal_speed_mps = nominal
-    contact, steps = group.contact[lane], worlds.steps[i]
-    settle(decision, robot, people, path, contact, steps, problem.rules[0])
-    reward_terms(robot, people, decision, outputs.terms[i])
-    outputs.rewards[i] = total(outputs.terms[i], problem.weights)
-    outputs.costs[i] = safety_cost(outputs.terms[i], decision.cause)
-    _look(i, worlds, problem, outputs.observations)
-    outputs.steps[i] = steps
-    episodes.is_over[i] = decision.outcome != RUNNING
-
-
-@scalar
-def _reflex(i: int, worlds: Worlds, reflex_stop_m: float) -> bool:
-    """Return True if an obstacle ahead triggers the reflex stop."""
-    is_near: bool = min(worlds.ranges[i, 0], worlds.ranges[i, 1]) < reflex_stop_m
-    return is_near
+    _perceive(i, worlds, problem)
+    _observe(i, worlds, problem, outputs)
 
 
 # --- all worlds ----------------------------------------------------------------------------------
@@ -177,7 +164,7 @@ def run_worlds(
     first: int,
     last: int,
     mask: Bools,
-    commands: Floats,
+    actions: Floats,
     is_same_step: bool,
     reflex_stop_m: float,
     worlds: Worlds,
@@ -200,13 +187,16 @@ def run_worlds(
             episodes.was_over[i] = episodes.is_over[i]
             if mask[i] and not episodes.is_over[i]:
                 lanes.world[count] = i
-                stops = _reflex(i, worlds, reflex_stop_m)
-                _decide(count, lanes, commands[i], stops, worlds, outputs)
+                _command(i, actions[i], reflex_stop_m, worlds, problem, outputs)
                 count += 1
             i += 1
-        step_group(lanes, count, worlds, _surroundings(problem), problem.mechanics, work)
+        advance_group(lanes, count, worlds, _surroundings(problem), problem.mechanics, work)
         for lane in range(count):
-            _judge(lane, lanes, worlds, episodes, problem, outputs)
+            i_lane = lanes.world[lane]
+            worlds.steps[i_lane] += 1
+            _perceive(i_lane, worlds, problem)
+            _judge(i_lane, lanes.contact[lane], worlds, episodes, problem, outputs)
+            _observe(i_lane, worlds, problem, outputs)
     for i in range(first, last):
         if mask[i] and episodes.is_over[i] and (is_same_step or episodes.was_over[i]):
             _reset_world(i, worlds, episodes, problem, outputs, work)

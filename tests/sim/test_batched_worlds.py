@@ -9,14 +9,14 @@ import pytest
 
 from hazbot_gym.config import Config, make_config
 from hazbot_gym.core.state import NO_CONTACT, PRESENT, WALL, Records, records
-from hazbot_gym.sim.batch import (
+from hazbot_gym.sim.batched_worlds import (
     GROUP,
     Surroundings,
     Worlds,
+    advance_group,
     allocate,
     mechanics,
     start_people,
-    step_group,
 )
 from hazbot_gym.sim.drive import place_robot
 from hazbot_gym.sim.walkers import Workspace, make_workspace
@@ -58,7 +58,7 @@ class Alone:
     def step(self, command_mps: float) -> int:
         self.robots[0].command = self.robots[0].obeyed = command_mps
         self.group.world[0] = 0
-        step_group(self.group, 1, self.worlds, self.surroundings, self.mechanics, self.work)
+        advance_group(self.group, 1, self.worlds, self.surroundings, self.mechanics, self.work)
         self.worlds.steps[0] += 1
         return int(self.group.contact[0])
 
@@ -84,7 +84,8 @@ def test_a_decision_is_that_of_the_reference_engine(wheel_loop: str) -> None:
     alone, world = both(config, 3)
     for speed_mps in (0.5, 0.5, 0.1, 0.4):
         assert alone.step(speed_mps) == NO_CONTACT
-        world.step(speed_mps)
+        world.command(speed_mps)
+        world.advance()
         assert_alike(alone.robots, world.robots)
         assert_alike(alone.people, world.people)
 
@@ -98,7 +99,8 @@ def facing(x_m: float) -> Config:
 
 def test_time_stands_still_at_a_contact_within_a_decision() -> None:
     alone, world = both(facing(0.57), 1)  # 0.07 m apart, closing at 1.2 m/s: after 0.06 s
-    world.step(0.5)
+    world.command(0.5)
+    world.advance()
     assert alone.step(0.5) == world.contact.person == 0
     assert alone.robots[0].x == pytest.approx(0.06 * 0.5)
     assert alone.people[0].x == pytest.approx(0.57 - 0.06 * 0.7)

@@ -1,8 +1,8 @@
 """Batched engine: many worlds as arrays, with the formulas of the pymunk engine.
 
 Contacts, which ``sim/world.py`` leaves to pymunk, are found by ``find_contact``; all other code is
-shared. ``step_group`` advances some worlds by one decision, their robots side by side in lanes, and
-allocates nothing; ``envs/batch.py`` runs it over all worlds in parallel.
+shared. ``advance_group`` takes some worlds through a decision, their robots side by side in lanes,
+and allocates nothing; ``envs/batch_step.py`` runs it over all worlds in parallel.
 """
 
 from __future__ import annotations
@@ -166,11 +166,11 @@ def start_people(
 
 
 @scalar
-def step_group(
+def advance_group(
     group: Group, count: int, worlds: Worlds, surroundings: Surroundings, m: Mechanics,
     work: Workspace,
 ) -> None:  # fmt: skip
-    """Simulate some worlds for a decision period at their robots' effective commands.
+    """Drive and walk some worlds for a decision period at their robots' effective commands.
 
     A world freezes after a contact.
 
