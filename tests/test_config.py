@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
 from typing import Any
 
@@ -12,16 +11,10 @@ from pydantic import ValidationError
 
 from hazbot_gym.config import SCENARIOS, Clock, Config, make_config
 from hazbot_gym.core.pid import PLANTS
-from hazbot_gym.errors import InvalidInput
+from tests.refusals import refused
 
 NAN, INF = math.nan, math.inf
 WALKER = {"x_m": 1.0, "y_m": 1.0, "vx_mps": 0.0, "vy_mps": 0.0}
-
-
-def complaint_about(**overrides: Any) -> str:
-    with pytest.raises(InvalidInput) as caught:
-        make_config(**overrides)
-    return str(caught.value)
 
 
 def test_nothing_given_is_the_default() -> None:
@@ -31,104 +24,103 @@ def test_nothing_given_is_the_default() -> None:
 @pytest.mark.parametrize(
     ("overrides", "complaint"),
     [
-        ({"plcae": "open"}, "plcae: unknown key, allowed are place, place_options, tracks"),
-        ({"tier": "x-ray"}, "tier: given 'x-ray', input should be 'sonar', 'tracks' or"),
-        ({"max_episode_steps": 0}, "max_episode_steps: given 0, input should be greater than 0"),
-        ({"people": None}, "people: given None, input should be a valid dictionary"),
-        ({"place": 3}, "place: given 3, input should be a valid string"),
-        ({"place_options": {"width_m": "wide"}}, "place_options.width_m: given 'wide', input"),
-        ({"place_options": {"width_m": NAN}}, "place_options.width_m: given nan, input should be"),
-        ({"drive": {"nominal_speed_mps": NAN}}, "drive.nominal_speed_mps: given nan"),
-        ({"drive": {"acceleration_mps2": INF}}, "drive.acceleration_mps2: given inf"),
-        ({"drive": {"plant": "Z"}}, "drive.plant: given 'Z', input should be 'A', 'B', 'A0' or"),
-        ({"drive": {"plant": {"K": -1.0}}}, "drive.plant.(Plant.)?K: given -1.0, input should be"),
-        ({"scenario": "circle", "drive": {"plant": {"T1": 3.0}}}, "plant: given a part, .* of 'B'"),
+        ({"plcae": "open"}, "plcae ... unknown ... place, place_options, tracks"),
+        ({"tier": "x-ray"}, "tier ... 'x-ray' ... 'sonar', 'tracks'"),
+        ({"max_episode_steps": 0}, "max_episode_steps ... 0 ... greater than 0"),
+        ({"people": None}, "people ... None ... dictionary"),
+        ({"place": 3}, "place ... 3 ... string"),
+        ({"place_options": {"width_m": "wide"}}, "place_options.width_m ... 'wide'"),
+        ({"place_options": {"width_m": NAN}}, "place_options.width_m ... nan"),
+        ({"drive": {"nominal_speed_mps": NAN}}, "drive.nominal_speed_mps ... nan"),
+        ({"drive": {"acceleration_mps2": INF}}, "drive.acceleration_mps2 ... inf"),
+        ({"drive": {"plant": "Z"}}, "drive.plant ... 'Z' ... 'A', 'B', 'A0'"),
+        ({"drive": {"plant": {"K": -1.0}}}, "drive.plant ... K ... -1.0"),
+        ({"scenario": "circle", "drive": {"plant": {"T1": 3.0}}}, "plant ... 'B'"),
         (
             {"reward": [1]},
-            r"config: reward: given \[1\], allowed is a mapping, or a list of all 7: progress",
+            "reward ... [1] ... 7 ... progress",
         ),
-        ({"drive": {"plant": [1, 2]}}, r"drive: plant: given \[1, 2\], .* all 6: K, T1, T2"),
-        ({"sensors": {"tracker": []}}, r"sensors: tracker: given \[\], .* all 6: range_m"),
+        ({"drive": {"plant": [1, 2]}}, "plant ... [1, 2] ... 6 ... K, T1, T2"),
+        ({"sensors": {"tracker": []}}, "tracker ... [] ... 6 ... range_m"),
         (
             {"people": {"reactions": [[1.0]] * 4}},
-            r"people: reactions.0: given \[1.0\], .*: gain",
+            "reactions.0 ... [1.0] ... gain",
         ),
-        ({"drive": {"chassis": {"r": NAN}}}, "drive.chassis.r: given nan"),
-        ({"drive": {"tracking": {"a4": 1.0}}}, "drive.tracking.a4: unknown key, allowed are a1"),
-        ({"drive": {"start_speed_mps": 0.6}}, "drive: start_speed_mps = 0.6 is above nominal"),
-        ({"people": {"family": "waltz"}}, "people.family: given 'waltz', .* or 'mixed'"),
-        ({"people": {"count": (3, 1)}}, r"people: count: given \(3, 1\), the first must not"),
-        ({"people": {"count": (0, 65)}}, "people.count.1: given 65, input should be less"),
-        ({"people": {"count": 3}}, "people.count: given 3, input should be a valid tuple"),
-        ({"people": {"mix": (0, 0, 0, 0)}}, "people: mix: given .*, one weight must exceed 0"),
-        ({"people": {"reaction_shares": (-1, 1, 1, 1)}}, "people.reaction_shares.0: given -1"),
-        ({"people": {"speeds": {"mean_mps": NAN}}}, "people.speeds.mean_mps: given nan"),
-        ({"people": {"speeds": {"mean": 1.0}}}, "people.speeds.mean: unknown key, .* mean_mps"),
+        ({"drive": {"chassis": {"r": NAN}}}, "drive.chassis.r ... nan"),
+        ({"drive": {"tracking": {"a4": 1.0}}}, "drive.tracking.a4 ... unknown ... a1"),
+        ({"drive": {"start_speed_mps": 0.6}}, "start_speed_mps = 0.6 ... nominal"),
+        ({"people": {"family": "waltz"}}, "people.family ... 'waltz' ... 'mixed'"),
+        ({"people": {"count": (3, 1)}}, "count ... (3, 1)"),
+        ({"people": {"count": (0, 65)}}, "people.count.1 ... 65 ... less"),
+        ({"people": {"count": 3}}, "people.count ... 3 ... tuple"),
+        ({"people": {"mix": (0, 0, 0, 0)}}, "mix ... exceed 0"),
+        ({"people": {"reaction_shares": (-1, 1, 1, 1)}}, "people.reaction_shares.0 ... -1"),
+        ({"people": {"speeds": {"mean_mps": NAN}}}, "people.speeds.mean_mps ... nan"),
+        ({"people": {"speeds": {"mean": 1.0}}}, "people.speeds.mean ... unknown ... mean_mps"),
         (
             {"people": {"reactions": [{"gian": 1.0}] * 4}},
-            "people.reactions.0.gian: unknown key, allowed are gain, range_m, attraction_mps2",
+            "people.reactions.0.gian ... unknown ... gain, range_m, attraction_mps2",
         ),
-        ({"drive": {"nominal_speed_mps": 1.5}}, "drive.nominal_speed_mps: given 1.5, input should"),
+        ({"drive": {"nominal_speed_mps": 1.5}}, "drive.nominal_speed_mps ... 1.5"),
         (
             {"scenario": "E*", "people": {"model": "replay"}},
-            "people: walkers: given, but the model 'replay' takes recorded people",
+            "walkers ... 'replay'",
         ),
-        ({"people": {"walkers": [{"x_m": 1.0}]}}, "people.walkers.0.y_m: .*field required"),
+        ({"people": {"walkers": [{"x_m": 1.0}]}}, "people.walkers.0.y_m ... required"),
         (
             {"people": {"walkers": [{"x_m": 1, "y_m": 1, "vx_mps": 0, "vy_mps": NAN}]}},
-            "people.walkers.0.vy_mps: given nan",
+            "people.walkers.0.vy_mps ... nan",
         ),
         (
             {"sensors": {"tracker": {"latency_steps": 51}}},
-            "sensors.tracker.latency_steps: given 51,",
+            "sensors.tracker.latency_steps ... 51",
         ),
-        ({"reward": {"contact": NAN}}, "reward.contact: given nan"),
-        ({"max_episode_steps": True}, "max_episode_steps: given True, input should be a valid int"),
-        ({"max_episode_steps": "20"}, "max_episode_steps: given '20', input should be a valid int"),
-        ({"max_episode_steps": 20.0}, "max_episode_steps: given 20.0, input should be a valid int"),
-        ({"max_episode_steps": 10**12}, "max_episode_steps: given 1000000000000, .* 100000"),
-        ({"max_episode_steps": 10**5000}, "max_episode_steps: given a number of thousands of dig"),
-        ({"arrival_tolerance_m": True}, "arrival_tolerance_m: given True, input should be a valid"),
-        ({"sensors": {"tracker": {"range_m": "8"}}}, "sensors.tracker.range_m: given '8', input"),
-        ({"sensors": {"ultrasonic": {"gaussian": 1}}}, "sensors.ultrasonic.gaussian: given 1, inp"),
-        ({"people": {"count": ["1", 2]}}, "people.count.0: given '1', input should be a valid int"),
-        ({"people": {"count": (10**6, 10**6)}}, "people.count.0: given 1000000, .* 64"),
-        ({"people": {"walkers": [WALKER] * 65}}, "people.walkers: .* at most 64 items"),
-        ({"place_options": {"width_m": 1e300}}, "config: place_options.width_m: given 1e.300"),
-        ({"reward": {"contact": -1e300}}, "config: reward.contact: given -1e.300, allowed are"),
-        ({"drive": {"chassis": {"r": 1e-300}}}, "drive: chassis.r: given 1e-300, allowed are si"),
-        ({"clock": {"physics_s": 1e-9}}, "clock.physics_s: given 1e-09, .* 0.0001"),
-        ({"clock": {"decision_s": 1e6}}, "clock.decision_s: given 1000000.0, .* 10"),
+        ({"reward": {"contact": NAN}}, "reward.contact ... nan"),
+        ({"max_episode_steps": True}, "max_episode_steps ... True ... int"),
+        ({"max_episode_steps": "20"}, "max_episode_steps ... '20' ... int"),
+        ({"max_episode_steps": 20.0}, "max_episode_steps ... 20.0 ... int"),
+        ({"max_episode_steps": 10**12}, "max_episode_steps ... 1000000000000 ... 100000"),
+        ({"max_episode_steps": 10**5000}, "max_episode_steps ... thousands"),
+        ({"arrival_tolerance_m": True}, "arrival_tolerance_m ... True"),
+        ({"sensors": {"tracker": {"range_m": "8"}}}, "sensors.tracker.range_m ... '8'"),
+        ({"sensors": {"ultrasonic": {"gaussian": 1}}}, "sensors.ultrasonic.gaussian ... 1"),
+        ({"people": {"count": ["1", 2]}}, "people.count.0 ... '1' ... int"),
+        ({"people": {"count": (10**6, 10**6)}}, "people.count.0 ... 1000000 ... 64"),
+        ({"people": {"walkers": [WALKER] * 65}}, "people.walkers ... 64"),
+        ({"place_options": {"width_m": 1e300}}, "place_options.width_m ... 1e+300"),
+        ({"reward": {"contact": -1e300}}, "reward.contact ... -1e+300"),
+        ({"drive": {"chassis": {"r": 1e-300}}}, "chassis.r ... 1e-300"),
+        ({"clock": {"physics_s": 1e-9}}, "clock.physics_s ... 1e-09 ... 0.0001"),
+        ({"clock": {"decision_s": 1e6}}, "clock.decision_s ... 1000000.0 ... 10"),
         (
             {"clock": {"physics_s": 1e-3, "decision_s": 1.5}},
-            "clock: physics_s: given 0.001, allowed are at most 1000 physics steps in decision_s",
+            "physics_s ... 0.001 ... 1000 ... decision_s",
         ),
-        ({"a\nkey": 1}, r"a\\nkey: unknown key"),
-        ({"tier": "x" * 1000}, "tier: given 'x{116}[.]{3}, input should be"),
-        ({"scenario": "E7"}, r"scenario: given 'E7', allowed are E\*, E5.5, C\*, C90"),
+        ({"a\nkey": 1}, "a\\nkey ... unknown"),
+        ({"tier": "x" * 1000}, "tier ... " + "x" * 116),
+        ({"scenario": "E7"}, "scenario ... 'E7' ... E*, E5.5, C*, C90"),
     ],
 )
 def test_bad_value_is_one_line_with_field_value_and_what_is_allowed(
     overrides: dict[str, Any], complaint: str
 ) -> None:
-    message = complaint_about(**overrides)
-
-    assert "\n" not in message
-    assert re.match(complaint, message)
+    with refused(complaint):
+        make_config(**overrides)
 
 
 @pytest.mark.parametrize(
     ("clock", "complaint"),
     [
-        ({"physics_s": 0.03}, "clock: physics_s must divide social_s exactly, given 0.05 / 0.03"),
-        ({"social_s": 0.03}, "clock: social_s must divide decision_s exactly, given 0.1 / 0.03"),
-        ({"social_s": 0.2}, "clock: social_s must divide decision_s exactly, given 0.1 / 0.2"),
-        ({"social_s": 0.0}, "clock.social_s: given 0.0, input should be greater than 0"),
-        ({"physics_s": NAN}, "clock.physics_s: given nan, input should be a finite number"),
+        ({"physics_s": 0.03}, "physics_s ... social_s ... 0.05 / 0.03"),
+        ({"social_s": 0.03}, "social_s ... decision_s ... 0.1 / 0.03"),
+        ({"social_s": 0.2}, "social_s ... decision_s ... 0.1 / 0.2"),
+        ({"social_s": 0.0}, "clock.social_s ... 0.0 ... greater than 0"),
+        ({"physics_s": NAN}, "clock.physics_s ... nan ... finite number"),
     ],
 )
 def test_periods_that_do_not_divide_are_refused(clock: dict[str, float], complaint: str) -> None:
-    assert complaint_about(clock=clock) == complaint
+    with refused(complaint):
+        make_config(clock=clock)
 
 
 def test_periods_that_divide_are_counted() -> None:
@@ -183,7 +175,7 @@ def test_delta_on_a_whole_config_leaves_the_rest_of_its_sections_alone() -> None
 
 
 def test_a_part_of_what_was_given_as_a_list_is_refused() -> None:
-    with pytest.raises(InvalidInput, match=r"reward: given a part, {'burden': 0}, of .* all 7"):
+    with refused("reward ... {'burden': 0} ... 7"):
         make_config({"reward": [1.0] * 7}, reward={"burden": 0})
 
 
@@ -232,27 +224,26 @@ def test_file_of_deltas_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "complaint"),
     [
-        (b"tier: [", "is not YAML"),
-        (b"\xff\xfe\xff", "is not YAML"),
-        (b"- tier", "holds list, a mapping is needed"),
-        (b"tier: sonar\ntier: tracks", "line 2: key 'tier' is given twice"),
-        (b"tear: sonar", "tear: unknown key, allowed are place"),
+        (b"tier: [", "YAML"),
+        (b"\xff\xfe\xff", "YAML"),
+        (b"- tier", "list ... mapping"),
+        (b"tier: sonar\ntier: tracks", "line 2 ... 'tier'"),
+        (b"tear: sonar", "tear ... unknown ... place"),
     ],
 )
 def test_bad_file_is_one_clear_line(tmp_path: Path, content: bytes, complaint: str) -> None:
     path = tmp_path / "night.yaml"
     path.write_bytes(content)
 
-    with pytest.raises(InvalidInput, match=complaint) as caught:
+    with refused(complaint):
         make_config(path)
-    assert "\n" not in str(caught.value)
 
 
 def test_config_of_another_kind_is_one_clear_line() -> None:
-    with pytest.raises(InvalidInput, match=r"^config: given int, allowed are a Config, a mapping"):
+    with refused("config ... int ... Config ... mapping"):
         make_config(3)  # type: ignore[arg-type]
 
 
 def test_missing_file_is_one_clear_line() -> None:
-    with pytest.raises(InvalidInput, match=r"^config: cannot read no/such\.yaml \(No such file"):
+    with refused("config ... no/such.yaml ... No such file"):
         make_config("no/such.yaml")

@@ -50,8 +50,8 @@ def compile_times(with_cold: bool, turns: int) -> Measured:
     for engine in ("batched", "pymunk"):
         with tempfile.TemporaryDirectory() as folder:
             cache = {"NUMBA_CACHE_DIR": folder} if with_cold else {}
-            cold_s = _first_episode_s(engine, cache)
-            cached = [_first_episode_s(engine, cache) for _ in range(turns)]
+            cold_s = first_episode_s(engine, cache)
+            cached = [first_episode_s(engine, cache) for _ in range(turns)]
         found[engine] = {
             **({"cold_s": cold_s} if with_cold else {}),
             **spread_of(cached, "cached_s"),
@@ -60,7 +60,8 @@ def compile_times(with_cold: bool, turns: int) -> Measured:
     return found
 
 
-def _first_episode_s(engine: str, environment: dict[str, str]) -> float:
+def first_episode_s(engine: str, environment: dict[str, str]) -> float:
+    """Return the time of a fresh process for its first two episodes [s]."""
     command = [sys.executable, "-P", "-c", FIRST_EPISODE.format(engine=engine)]
     done = subprocess.run(
         command,

@@ -47,7 +47,7 @@ class Mpc(PeopleRule):
         problem = self._problem()
         places = problem.stages * 2 * LEVELS + 1
         people = np.stack(people_seen(seen), axis=-2, dtype=np.float64)
-        way = _way(seen["curvature_ahead_per_m"], problem.unit_m * np.arange(float(places)))
+        way = way_ahead(seen["curvature_ahead_per_m"], problem.unit_m * np.arange(float(places)))
         out = np.zeros(math.prod(shape))
         plan(
             people.reshape(-1, *people.shape[-2:]),
@@ -76,7 +76,7 @@ class Mpc(PeopleRule):
         )
 
 
-def _way(curvature_per_m: Floats, s: Floats) -> Floats:
+def way_ahead(curvature_per_m: Floats, s: Floats) -> Floats:
     """Return x ahead and y left of path points, (..., 2, S), at arc lengths s (S,)."""
     is_straight = np.abs(curvature_per_m) < STRAIGHT_PER_M
     k = np.where(is_straight, STRAIGHT_PER_M, curvature_per_m)[..., None]

@@ -86,9 +86,9 @@ def tune(
     trials = _known_trials(path, search)
     while len(trials) < search.trials:
         number = len(trials)
-        options = _next_options(space, trials, search.seed) if number else _defaults(search.family)
+        options = _next_options(space, trials, search.seed) if number else defaults(search.family)
         policy = base.spec_of(search.family, options)
-        trials.append({"policy": policy, "options": options, **_judge(policy, search, threads)})
+        trials.append({"policy": policy, "options": options, **judge(policy, search, threads)})
         files.write_json(path, _record(search, trials))
         on_progress()
     return _record(search, trials)
@@ -100,7 +100,7 @@ def _space_of(family: str) -> Space:
     return SPACES[family]
 
 
-def _defaults(family: str) -> dict[str, object]:
+def defaults(family: str) -> dict[str, object]:
     """Return the default values of the tunable options."""
     fields = {each.name: each.default for each in dataclasses.fields(base.factory_of(family))}
     return {name: _as_text(fields[name]) for name in SPACES[family]}
@@ -144,7 +144,7 @@ def _next_options(space: Space, trials: list[Record], seed: int) -> dict[str, ob
     }
 
 
-def _judge(policy: str, search: Search, threads: int) -> dict[str, float | None]:
+def judge(policy: str, search: Search, threads: int) -> dict[str, float | None]:
     """Return the headline metrics of a policy over all validation scenarios."""
     blocks = [
         rollout.Block(policy, each, 0, search.episodes, each.seed or 0) for each in search.sets

@@ -12,12 +12,12 @@ import os
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
-_MEMBERSHIP, _MOUNT = Path("/proc/self/cgroup"), Path("/sys/fs/cgroup")
+MEMBERSHIP, MOUNT = Path("/proc/self/cgroup"), Path("/sys/fs/cgroup")
 
 
 def usable() -> int:
     """Return the number of processors available to this process, at least 1."""
-    limits = (math.ceil(quota) for quota in _quotas(_MEMBERSHIP, _MOUNT))
+    limits = (math.ceil(quota) for quota in _quotas(MEMBERSHIP, MOUNT))
     return max(1, min([_allowed(), *limits]))
 
 

@@ -62,7 +62,7 @@ def record(monkeypatch: pytest.MonkeyPatch, timed: Callable[..., Timed]) -> dict
     sizes |= {asking(SHIPPED): 2048, ONE_THREAD: 100, WITHOUT_PEOPLE: 200, WITHOUT_WHEELS: 500}
     cases = {name: timed(size) for name, size in sizes.items()}
     monkeypatch.setattr(bench, "make_cases", lambda spread: (cases, ["SB3 adapter left out"]))
-    monkeypatch.setattr(once, "_first_episode_s", lambda engine, environment: 1.25)
+    monkeypatch.setattr(once, "first_episode_s", lambda engine, environment: 1.25)
     effort = bench.QUICK._replace(turns=2, turn_s=1e-3, evaluations=1, memory_steps=2)
     monkeypatch.setattr(bench, "EPISODES", 3)
     return bench.bench(effort._replace(is_compiling=True))

@@ -13,8 +13,8 @@ from hazbot_gym.calibration.fit import Run, load_runs, loss, split, walk_again
 from hazbot_gym.cli import app
 from hazbot_gym.config import Speeds
 from hazbot_gym.core.social_force import HELBING_MOLNAR_1995, SocialForce
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.utils.files import read_json
+from tests.refusals import refused
 
 RECORD = Path(__file__).parents[2] / "benchmarks" / "calibration.json"
 
@@ -82,14 +82,14 @@ def test_the_search_finds_better_constants(
 
 
 def test_what_cannot_be_split(runs: dict[str, Run]) -> None:
-    with pytest.raises(InvalidInput, match="fit: given 'nowhere', allowed are boa-300-050-070"):
+    with refused("fit ... 'nowhere' ... boa-300-050-070"):
         split(runs, ("nowhere",))
-    with pytest.raises(InvalidInput, match="leaves no run to judge by"):
+    with refused("leaves no run to judge by"):
         split(runs, tuple(runs))
 
 
 def test_a_folder_without_corridors(tracks_dir: Path) -> None:
-    with pytest.raises(InvalidInput, match="no recording of people in a corridor"):
+    with refused("no recording of people in a corridor"):
         load_runs(tracks_dir / "ucy_zara01")
 
 

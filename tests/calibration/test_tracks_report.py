@@ -3,12 +3,10 @@ from __future__ import annotations
 import io
 from pathlib import Path
 
-import pytest
-
 from hazbot_gym.calibration.tracks_report import describe
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.track_files import Options
 from hazbot_gym.utils.terminal import output_console
+from tests.refusals import refused
 
 GOOD = "# framerate: 10\n" + "".join(
     f"1 {k} {0.1 * k} 0\n2 {k} {9 - 0.1 * k:.1f} 0.5\n" for k in range(91)
@@ -51,7 +49,7 @@ def test_faults_are_told_after_the_good_ones_are_printed(tmp_path: Path) -> None
     (tmp_path / "worse.csv").write_text("frame,id,x,y\n1,2,a,3\n")
     out = io.StringIO()
 
-    with pytest.raises(InvalidInput, match=r"^bad\.csv: [^\n]*; worse\.csv: [^\n]*$"):
+    with refused("bad.csv ... ; worse.csv"):
         describe(tmp_path, output_console(out, width=140))
 
     assert "good" in out.getvalue()

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation import batch_rollout
 from hazbot_gym.evaluation.batch_rollout import run_episodes
 from hazbot_gym.evaluation.rollout import Block, evaluate, resolve, run_block
 from hazbot_gym.evaluation.scenario_set import DEFAULT_SETS, ScenarioSet
 from hazbot_gym.policies.constant import Constant
+from tests.refusals import refused
 
 REPLAYS = tuple(
     ScenarioSet(name=model, env="hazbot_gym/Replay-v0", overrides={"people": {"model": model}})
@@ -115,17 +115,16 @@ def test_an_episode_ends_where_its_own_world_does() -> None:
 @pytest.mark.parametrize(
     ("name", "complaint"),
     [
-        ("OneAtATime", "failed: ValueError: The truth value"),
-        ("OneAnswer", "answers in shape \\(1,\\)"),
+        ("OneAtATime", "ValueError"),
+        ("OneAnswer", "(1,)"),
     ],
 )
 def test_a_policy_that_cannot_act_on_stacks_is_refused_in_a_line_and_runs_on_pymunk(
     name: str, complaint: str, mine: None
 ) -> None:
     where = {"scenario": "E*", "max_episode_steps": 3}
-    with pytest.raises(InvalidInput, match=f"'mine:{name}' {complaint}.* engine pymunk") as raised:
+    with refused(f"'mine:{name}' ... {complaint} ... engine pymunk"):
         evaluate(f"mine:{name}", "hazbot_gym/Corridor-v0", episodes=2, overrides=where)
-    assert "\n" not in str(raised.value)
     rows = evaluate(
         f"mine:{name}", "hazbot_gym/Corridor-v0", episodes=1, overrides=where, engine="pymunk"
     )
@@ -137,10 +136,10 @@ def test_a_policy_that_cannot_act_on_stacks_is_refused_in_a_line_and_runs_on_pym
 @pytest.mark.parametrize(
     ("name", "complaint"),
     [
-        ("NanLater", "'mine:NanLater' answers nan, allowed is -1 <= action <= 1"),
+        ("NanLater", "'mine:NanLater' ... nan ... -1 <= action <= 1"),
         (
             "FailsLater",
-            "predict of 'mine:FailsLater' failed: KeyError: 1 .*line .* of .*test_batch",
+            "'mine:FailsLater' ... KeyError: 1 ... test_batch",
         ),
     ],
 )
@@ -148,8 +147,7 @@ def test_a_policy_of_the_user_that_fails_in_an_episode_is_one_line(
     name: str, complaint: str, engine: str, action_type: str, mine: None
 ) -> None:
     where = {"scenario": "E*", "action_type": action_type}
-    with pytest.raises(InvalidInput, match=complaint) as raised:
+    with refused(complaint):
         evaluate(
             f"mine:{name}", "hazbot_gym/Corridor-v0", episodes=2, overrides=where, engine=engine
         )
-    assert len(str(raised.value).splitlines()) == 1

@@ -10,13 +10,13 @@ from typing import Any
 import pytest
 import yaml
 
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation import inputs
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.policies import Permissions
 from hazbot_gym.policies.learned import SHIPPED
 from hazbot_gym.study.config import StudyConfig, load_study
 from hazbot_gym.study.stamps import Stamps
+from tests.refusals import refused
 
 PLACE: dict[str, Any] = {
     "name": "lab",
@@ -65,7 +65,7 @@ def policy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
 def test_a_policy_depends_on_all_that_it_imports_and_opens(policy: list[Path]) -> None:
     allowed = Permissions(allow_code=True)
     assert inputs.of_policy("policy_under_test:Mine", [(2, 3)], allowed) == policy
-    with pytest.raises(InvalidInput, match="--allow-code"):
+    with refused("--allow-code"):
         inputs.of_policy("policy_under_test:Mine", [(2, 3)])
 
 

@@ -5,12 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hazbot_gym.core.state import PERSON
-from hazbot_gym.errors import InvalidInput
-from hazbot_gym.evaluation.episode import RADIUS, VX, X
+from hazbot_gym.evaluation.episode import PERSON_COLUMNS, X, stack_people
 from hazbot_gym.evaluation.rollout import (
     Block,
-    _people,
     environment_ids,
     episode_seed,
     evaluate,
@@ -21,6 +18,7 @@ from hazbot_gym.evaluation.rollout import (
 )
 from hazbot_gym.evaluation.scenario_set import DEFAULT_SETS, ScenarioSet
 from hazbot_gym.policies.constant import Constant
+from tests.refusals import refused
 
 CROSSING = ScenarioSet(name="Crossing", env="hazbot_gym/Crossing-v0")
 
@@ -135,29 +133,21 @@ def test_levels_are_played_where_an_environment_has_them(engine: str) -> None:
 
 
 def test_people_are_stacked_with_gaps_where_they_are_absent() -> None:
-    def someone(*positions: float) -> Any:
-        people = np.zeros(len(positions), PERSON)
-        people["x"], people["vx"], people["radius"] = positions, 1.5, 0.2
-        return people
-
-    def numbers(*persons: int) -> Any:
-        return np.array(persons, np.int64)
-
-    who, stacked = _people(
-        [someone(), someone(1.0, 2.0), someone(3.0)], [numbers(), numbers(4, 7), numbers(7)]
-    )
+    columns = np.zeros((3, len(PERSON_COLUMNS)))
+    columns[:, X] = [1.0, 2.0, 3.0]
+    instants, persons = np.array([1, 1, 2]), np.array([4, 7, 7])
+    who, stacked = stack_people(instants, persons, columns, 3)
     assert who.tolist() == [4, 7]
     np.testing.assert_array_equal(stacked[..., X], [[np.nan, np.nan], [1.0, 2.0], [np.nan, 3.0]])
-    assert np.nanmax(stacked[..., VX]) == 1.5
-    assert np.isnan(stacked[0, :, RADIUS]).all()
-    assert _people([someone(), someone()], [numbers(), numbers()])[1].shape == (2, 0, 5)
+    assert np.isnan(stacked[0]).all()
+    none = np.empty(0, np.int64)
+    assert stack_people(none, none, np.empty((0, len(PERSON_COLUMNS))), 2)[1].shape == (2, 0, 5)
 
 
 @pytest.mark.parametrize("env_id", ["CartPole-v1", "hazbot_gym/Nowhere-v0", "nowhere:Env-v0", "x"])
 def test_an_environment_that_is_not_ours_is_refused_with_those_that_are(env_id: str) -> None:
-    with pytest.raises(InvalidInput, match="hazbot_gym/Corridor-v0") as raised:
+    with refused("hazbot_gym/Corridor-v0"):
         evaluate("constant", env_id, episodes=1)
-    assert "\n" not in str(raised.value)
 
 
 def test_an_environment_may_be_named_without_its_namespace() -> None:
@@ -176,7 +166,7 @@ def test_horizon_that_is_set_is_the_one_that_is_run(engine: str) -> None:
 @pytest.mark.parametrize("engine", ["batched", "pymunk"])
 @pytest.mark.parametrize("horizon", [0, -5, "abc", 7.5, [20], True, 10**12])
 def test_horizon_that_is_none_is_refused_in_one_line(horizon: Any, engine: str) -> None:
-    with pytest.raises(InvalidInput, match="^max_episode_steps: given .*, input should be"):
+    with refused("max_episode_steps"):
         evaluate(
             "constant:0.0",
             "Corridor-v0",
@@ -189,7 +179,7 @@ def test_horizon_that_is_none_is_refused_in_one_line(horizon: Any, engine: str) 
 @pytest.mark.parametrize("engine", ["batched", "pymunk"])
 @pytest.mark.parametrize("key", ["given", "preset", "render_mode", "num_envs", "id", "threads"])
 def test_override_that_is_no_field_is_refused(key: str, engine: str) -> None:
-    with pytest.raises(InvalidInput, match=f"^{key}: "):
+    with refused(f"{key}"):
         evaluate("constant", "Corridor-v0", episodes=1, overrides={key: 1}, engine=engine)
 
 
@@ -198,35 +188,34 @@ def test_all_environments_of_the_default_study_exist() -> None:
 
 
 def test_an_engine_that_is_none_is_refused() -> None:
-    with pytest.raises(InvalidInput, match="engine: given 'steam', allowed are batched, pymunk"):
+    with refused("engine ... 'steam' ... batched ... pymunk"):
         evaluate("constant", "hazbot_gym/Corridor-v0", episodes=1, engine="steam")
 
 
 @pytest.mark.parametrize(("episodes", "seed"), [(0, 0), (1, -1)])
 def test_senseless_numbers_are_refused(episodes: int, seed: int) -> None:
-    with pytest.raises(InvalidInput, match="given"):
+    with refused("given"):
         evaluate("constant", "hazbot_gym/Corridor-v0", episodes=episodes, seed=seed)
 
 
 @pytest.mark.parametrize(
     ("changed", "named"),
     [
-        ({"policy": Constant()}, "policy: given Constant"),
-        ({"policy": Constant}, "policy: given <class"),
-        ({"env_id": None}, "env: given None"),
-        ({"episodes": "3"}, "episodes: given '3'"),
-        ({"episodes": 2.5}, "episodes: given 2.5"),
+        ({"policy": Constant()}, "policy ... Constant"),
+        ({"policy": Constant}, "policy ... <class"),
+        ({"env_id": None}, "env ... None"),
+        ({"episodes": "3"}, "episodes ... '3'"),
+        ({"episodes": 2.5}, "episodes ... 2.5"),
         ({"episodes": 10**30}, "1 to 1,000,000"),
-        ({"seed": None}, "seed: given None"),
-        ({"overrides": ["tier=sonar"]}, "overrides: given \\['tier=sonar'\\]"),
-        ({"overrides": {3: 1}}, "overrides: given {3: 1}"),
+        ({"seed": None}, "seed ... None"),
+        ({"overrides": ["tier=sonar"]}, "overrides ... ['tier=sonar']"),
+        ({"overrides": {3: 1}}, "overrides ... {3: 1}"),
     ],
 )
 def test_arguments_of_another_type_are_one_line(changed: dict[str, Any], named: str) -> None:
     usual = {"policy": "constant", "env_id": "hazbot_gym/Corridor-v0", "episodes": 1}
-    with pytest.raises(InvalidInput, match=named) as error:
+    with refused(named):
         evaluate(**(usual | changed))  # type: ignore[arg-type]
-    assert "\n" not in str(error.value)
 
 
 class Answers:
@@ -242,20 +231,19 @@ class Answers:
 @pytest.mark.parametrize(
     ("env", "policy", "seed", "named"),
     [
-        ("hazbot_gym/Corridor-v0", Constant(), 0, "env: given 'hazbot_gym/Corridor-v0'"),
-        (None, "constant", 0, "policy: given 'constant'"),
-        (None, Constant, 0, "policy: given <class"),
-        (None, Constant(), -1, "seed: given -1"),
-        (None, Constant(), "a", "seed: given 'a'"),
-        (None, Answers(np.ones(1)), 0, "policy: predict returns ndarray"),
-        (None, Answers(None), 0, "policy: predict returns NoneType"),
-        (None, Answers((1.0, None, 2)), 0, "policy: predict returns 3 values"),
-        (None, Answers((np.ones((1, 1)), None)), 0, "action: given an array of shape"),
+        ("hazbot_gym/Corridor-v0", Constant(), 0, "env ... 'hazbot_gym/Corridor-v0'"),
+        (None, "constant", 0, "policy ... 'constant'"),
+        (None, Constant, 0, "policy ... <class"),
+        (None, Constant(), -1, "seed ... -1"),
+        (None, Constant(), "a", "seed ... 'a'"),
+        (None, Answers(np.ones(1)), 0, "policy ... ndarray"),
+        (None, Answers(None), 0, "policy ... NoneType"),
+        (None, Answers((1.0, None, 2)), 0, "policy ... 3"),
+        (None, Answers((np.ones((1, 1)), None)), 0, "action ... (1, 1)"),
     ],
 )
 def test_small_mistakes_in_an_episode_are_one_line(
     env: Any, policy: Any, seed: Any, named: str
 ) -> None:
-    with pytest.raises(InvalidInput, match=named) as error:
+    with refused(named):
         run_episode(env or make_env(scenario_set("hazbot_gym/Corridor-v0")), policy, seed)
-    assert "\n" not in str(error.value)

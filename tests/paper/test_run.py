@@ -6,12 +6,12 @@ from typing import Any
 import pytest
 from paper_page import page as docs_page
 
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.paper import run
 from hazbot_gym.paper.chapter import Chapter, Picture, Table
 from hazbot_gym.paper.numbers import reported
 from hazbot_gym.paper.page import make_page
 from hazbot_gym.utils.files import read_json
+from tests.refusals import refused
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 2 1"><rect width="2" height="1"/></svg>'
 
@@ -58,7 +58,7 @@ def test_results_of_the_same_code_are_kept_and_of_other_code_not_replaced_unaske
     record = run.reproduce(tmp_path, quick=True)
     monkeypatch.setattr(run, "run_chapters", lambda **_: pytest.fail("it was there already"))
     assert run.reproduce(tmp_path, quick=True) == record
-    with pytest.raises(InvalidInput, match="--force"):
+    with refused("--force"):
         run.reproduce(tmp_path, quick=False)
     monkeypatch.setattr(run, "run_chapters", lambda **_: chapters())
     assert run.reproduce(tmp_path, quick=False, is_replacing=True)["form"] == "full"
@@ -73,7 +73,7 @@ def test_a_killed_run_is_run_again_and_foreign_files_are_left_alone(
     assert (tmp_path / "killed" / "paper.html").exists()
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.tex").write_text("")
-    with pytest.raises(InvalidInput, match="no paper's"):
+    with refused("no paper's"):
         run.reproduce(tmp_path / "mine", is_replacing=True)
 
 

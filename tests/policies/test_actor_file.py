@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.actor import Actor, Normalisation
 from hazbot_gym.policies.actor_file import Trained, card, describe, read, write
 from hazbot_gym.policies.layer import Layer
 from hazbot_gym.policies.lstm import Lstm
 from hazbot_gym.task.observation import LAYOUTS
+from tests.refusals import refused
 
 
 def some_actor(width: int = 48, hidden: int = 64, statistics: bool = False) -> Actor:
@@ -72,49 +72,48 @@ def test_the_file_says_what_the_actor_sees_and_reached(trained: Trained, tmp_pat
 def test_reading_asks_numpy_for_no_pickle(tmp_path: Path) -> None:
     path = tmp_path / "evil.npz"
     np.savez(path, about=np.array([{"format": 1}], object))
-    with pytest.raises(InvalidInput, match="is damaged, or no trained policy"):
+    with refused("damaged"):
         read(path)
 
 
 @pytest.mark.parametrize(
     ("change", "complaint"),
     [
-        ({"name": "left_m"}, "entry 3 was left_m in 0..4 m / 4, now it is range_"),
-        ({"unit": "cm"}, "entry 3 was range_.* in 0..4 cm / 4"),
-        ({"high": 5.0}, "entry 3 was range_.* in 0..5 m / 4, now"),
-        ({"low": -1.0}, "entry 3 was range_.* in -1..4 m / 4, now"),
-        ({"scale": 5.0}, "entry 3 was range_.* in 0..4 m / 5, now"),
+        ({"name": "left_m"}, "entry 3 ... left_m ... range_"),
+        ({"unit": "cm"}, "entry 3 ... range_ ... 0..4 cm / 4"),
+        ({"high": 5.0}, "entry 3 ... range_ ... 0..5 m / 4"),
+        ({"low": -1.0}, "entry 3 ... range_ ... -1..4 m / 4"),
+        ({"scale": 5.0}, "entry 3 ... range_ ... 0..4 m / 5"),
     ],
 )
 def test_another_observation_table_is_refused_by_the_field_that_differs(
     change: dict[str, Any], complaint: str, trained: Trained, tmp_path: Path
 ) -> None:
     trained.about["observation"][3] |= change
-    with pytest.raises(InvalidInput, match=f"another observation: {complaint}") as caught:
+    with refused(f"observation ... {complaint}"):
         read(written(trained, tmp_path))
-    assert "\n" not in str(caught.value)
 
 
 def test_a_table_of_another_length_is_refused(trained: Trained, tmp_path: Path) -> None:
     trained.about["observation"].pop()
-    with pytest.raises(InvalidInput, match="it had 47 entries, now it has 48"):
+    with refused("47 ... 48"):
         read(written(trained, tmp_path))
 
 
 @pytest.mark.parametrize(
     ("change", "complaint"),
     [
-        ({"format": 99}, "has format 99, allowed is 1"),
-        ({"tier": "radar"}, "has tier 'radar', allowed are sonar, tracks, privileged"),
-        ({"activation": "elu"}, "is damaged, or no trained policy"),
-        ({"action": "levels"}, "is damaged, or no trained policy"),
+        ({"format": 99}, "99 ... 1"),
+        ({"tier": "radar"}, "'radar' ... sonar, tracks, privileged"),
+        ({"activation": "elu"}, "damaged"),
+        ({"action": "levels"}, "damaged"),
     ],
 )
 def test_a_description_that_cannot_be_used_is_one_line(
     change: dict[str, Any], complaint: str, trained: Trained, tmp_path: Path
 ) -> None:
     trained.about.update(change)
-    with pytest.raises(InvalidInput, match=complaint):
+    with refused(complaint):
         read(written(trained, tmp_path))
 
 
@@ -125,14 +124,13 @@ def test_damaged_files_are_one_line_wherever_the_damage_is(
     whole = path.read_bytes()
     for place in np.linspace(0, len(whole) - 1, 40).astype(int):
         path.write_bytes(whole[:place])  # cut short
-        with pytest.raises(InvalidInput, match=r"policy\.npz' is damaged") as caught:
+        with refused("policy.npz ... damaged"):
             read(path)
-        assert "\n" not in str(caught.value)
     middle = len(whole) // 2  # inside a compressed array
     path.write_bytes(
         whole[:middle] + bytes(b ^ 0xFF for b in whole[middle : middle + 8]) + whole[middle + 8 :]
     )
-    with pytest.raises(InvalidInput, match=r"policy\.npz' is damaged"):
+    with refused("policy.npz ... damaged"):
         read(path)
 
 
@@ -144,7 +142,7 @@ def test_weights_that_do_not_fit_or_are_no_numbers_are_refused(tmp_path: Path) -
     broken[0, 0] = np.nan
     for layers in ([Layer(broken, first.bias), *others], [first, odd]):
         bad = describe(actor._replace(layers=tuple(layers)), algorithm="PPO", tier="tracks")
-        with pytest.raises(InvalidInput, match="is damaged"):
+        with refused("damaged"):
             read(written(bad, tmp_path))
 
 
@@ -153,21 +151,19 @@ def test_a_memory_that_does_not_fit_is_refused(tmp_path: Path) -> None:
     path = written(describe(some_memory(), algorithm="RecurrentPPO", tier="tracks"), tmp_path)
     assert "48 -> LSTM of 8 -> 1" in card(read(path), "mine")
     trained = describe(some_memory(), algorithm="RecurrentPPO", tier="tracks")
-    with pytest.raises(InvalidInput, match="is damaged"):
+    with refused("damaged"):
         read(written(trained._replace(actor=odd), tmp_path))
 
 
 def test_a_missing_file_is_one_line(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match=r"^policy: there is no file '.*nowhere\.npz'$"):
+    with refused("policy ... nowhere.npz"):
         read(tmp_path / "nowhere.npz")
 
 
 def test_an_actor_is_described_for_the_tier_of_its_width_only() -> None:
-    with pytest.raises(
-        InvalidInput, match="sonar observations have 12 entries, the actor takes 48"
-    ):
+    with refused("sonar ... 12 ... 48"):
         describe(some_actor(), algorithm="PPO", tier="sonar")
-    with pytest.raises(InvalidInput, match="^tier: given 'radar', allowed are sonar, tracks"):
+    with refused("tier ... 'radar' ... sonar, tracks"):
         describe(some_actor(), algorithm="PPO", tier="radar")
 
 
@@ -252,9 +248,8 @@ def test_weights_in_another_order_or_precision_are_the_same_weights(
     ids=lambda changes: ",".join(changes),
 )
 def test_arrays_that_make_no_actor_are_one_line(changes: dict[str, Any], tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match=r"repacked\.npz' is damaged") as caught:
+    with refused("repacked.npz ... damaged"):
         read(repacked(tmp_path, **changes))
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("scale", [True, "1", float("nan"), 0, 3, None])
@@ -265,7 +260,7 @@ def test_a_correction_of_no_usable_scale_is_refused(scale: Any, tmp_path: Path) 
         arrays = dict(archive)
     arrays["about"] = np.frombuffer(json.dumps(about).encode(), np.uint8)
     np.savez(tmp_path / "odd.npz", **arrays)
-    with pytest.raises(InvalidInput, match="is damaged"):
+    with refused("damaged"):
         read(tmp_path / "odd.npz")
 
 
@@ -276,5 +271,5 @@ def test_a_network_that_is_too_large_to_be_read_again_is_not_written(tmp_path: P
             Layer(np.zeros((700_000, 1), np.float32), np.zeros(1, np.float32)),
         )
     )
-    with pytest.raises(InvalidInput, match="^network: weights and description take 14"):
+    with refused("network ... 14"):
         write(describe(huge, algorithm="PPO", tier="tracks"), io.BytesIO())

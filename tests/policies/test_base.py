@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from hazbot_gym import policies
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import REGISTER, Policy
 from hazbot_gym.policies.constant import Constant
 from hazbot_gym.policies.own_policy import OwnPolicy
 from hazbot_gym.task.action import speed_action
+from tests.refusals import refused
 
 FROM_FILES = ("ppo", "learned")  # test_learned.py makes these
 
@@ -57,7 +57,7 @@ def test_options_follow_the_name_with_or_without_their_own(spec: str, fraction: 
 
 
 def test_code_is_run_only_where_that_is_allowed() -> None:
-    with pytest.raises(InvalidInput, match="'elsewhere:ready' comes from a file .*--allow-code"):
+    with refused("'elsewhere:ready' ... --allow-code"):
         policies.make("elsewhere:ready", allow_code=False)
 
 
@@ -73,36 +73,34 @@ def test_policy_of_one_s_own_is_an_object_or_what_makes_one(spec: str) -> None:
     [
         (
             "nobody",
-            "'nobody' is not known; allowed are constant, stop_on_sight, stop_when_near, ssm, ttc",
+            "'nobody' ... constant, stop_on_sight, stop_when_near, ssm, ttc",
         ),
-        ("", "'' is not known; allowed are constant"),
-        (":x", "':x' is not known"),
-        ("mine:", "'mine:' is not known"),
-        ("mine:1st", "'mine:1st' is not known"),
+        ("", "'' ... constant"),
+        (":x", "':x'"),
+        ("mine:", "'mine:'"),
+        ("mine:1st", "'mine:1st'"),
         ("..mine:x", "is not known"),
-        ("no_such_module:x", "no module 'no_such_module' for 'no_such_module:x'"),
-        ("hazbot_gym.no_such:x", "no module 'hazbot_gym.no_such'"),
-        ("elsewhere:missing", "no attribute 'missing'"),
+        ("no_such_module:x", "'no_such_module'"),
+        ("hazbot_gym.no_such:x", "'hazbot_gym.no_such'"),
+        ("elsewhere:missing", "'missing'"),
         ("elsewhere:nothing", "has no predict"),
-        ("elsewhere:Halves.missing", "no attribute 'Halves.missing'"),
-        ("constant:2", "fraction = '2' is not allowed: .*less than or equal to 1"),
-        ("constant:fast", "fraction = 'fast' is not allowed"),
-        ("constant:speed=1", "option 'speed' is not known; allowed are fraction"),
-        ("constant:0.5,0.6", "option '0.6' is not known"),
-        ("constant:0.5,fraction=0.6", "option 'fraction' is given twice"),
-        ("fuzzy_expert:rules=9", "rules = '9' is not allowed: .*'complete32' or 'literal8'"),
-        ("ttc:horizon_s=nan", "horizon_s = 'nan' is not allowed: .*finite number"),
-        ("idm:nominal_mps=inf", "nominal_mps = 'inf' is not allowed: .*finite number"),
-        ("mpc:horizon_s=1e9", "horizon_s = '1e9' is not allowed: .*less than or equal to 60"),
-        ("mpc:nominal_mps=1e-9", "nominal_mps = '1e-9' is not allowed: .*or equal to 0.05"),
-        ("fuzzy_expert:release=perhaps", "release = 'perhaps' is not allowed"),
+        ("elsewhere:Halves.missing", "'Halves.missing'"),
+        ("constant:2", "fraction = '2' ... 1"),
+        ("constant:fast", "fraction = 'fast'"),
+        ("constant:speed=1", "'speed' ... fraction"),
+        ("constant:0.5,0.6", "'0.6'"),
+        ("constant:0.5,fraction=0.6", "'fraction'"),
+        ("fuzzy_expert:rules=9", "rules = '9' ... 'complete32' or 'literal8'"),
+        ("ttc:horizon_s=nan", "horizon_s = 'nan' ... finite number"),
+        ("idm:nominal_mps=inf", "nominal_mps = 'inf' ... finite number"),
+        ("mpc:horizon_s=1e9", "horizon_s = '1e9' ... 60"),
+        ("mpc:nominal_mps=1e-9", "nominal_mps = '1e-9' ... 0.05"),
+        ("fuzzy_expert:release=perhaps", "release = 'perhaps'"),
     ],
 )
 def test_mistakes_are_one_line_that_says_what_is_allowed(spec: str, complaint: str) -> None:
-    with pytest.raises(InvalidInput, match=complaint) as caught:
+    with refused(complaint):
         policies.make(spec)
-
-    assert "\n" not in str(caught.value)
 
 
 def test_actions_run_from_stop_to_nominal_speed() -> None:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from hazbot_gym import policies
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.actor import Actor, Normalisation
 from hazbot_gym.policies.actor_file import describe, write
 from hazbot_gym.policies.base import REGISTER
@@ -19,6 +18,7 @@ from hazbot_gym.policies.layer import Layer
 from hazbot_gym.policies.lstm import Lstm
 from hazbot_gym.task.action import speed_action
 from hazbot_gym.task.observation import LAYOUTS
+from tests.refusals import refused
 
 RULES = (
     *(name for name in REGISTER if name != "learned"),
@@ -188,9 +188,8 @@ def test_rounding_beyond_the_bounds_is_no_failure() -> None:
 def test_an_observation_that_is_no_array_of_numbers_is_refused_in_a_line(
     kind: str, observation: Any, tmp_path: Path
 ) -> None:
-    with pytest.raises(InvalidInput, match="observation: given .*") as raised:
+    with refused("observation"):
         made(kind, "tracks", tmp_path).predict(observation)
-    assert len(str(raised.value).splitlines()) == 1
 
 
 @pytest.mark.parametrize("kind", [*RULES, *NETWORKS])
@@ -198,7 +197,7 @@ def test_an_observation_that_is_no_array_of_numbers_is_refused_in_a_line(
 def test_starts_that_do_not_fit_the_observations_are_refused_in_a_line(
     kind: str, starts: Any, tmp_path: Path
 ) -> None:
-    with pytest.raises(InvalidInput, match=r"episode_start: given .* booleans of shape \(2,\)"):
+    with refused("episode_start ... booleans of shape (2,)"):
         made(kind, "tracks", tmp_path).predict(np.zeros((2, 48), np.float32), None, starts)
 
 

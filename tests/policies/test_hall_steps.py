@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from hazbot_gym.core.proxemics import INTIMATE_M, PERSONAL_M, PERSONAL_NEAR_M, SOCIAL_NEAR_M
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies import make
 from hazbot_gym.policies.hall_steps import HallSteps
 from hazbot_gym.policies.people_seen import RADII_M
+from tests.refusals import refused
 
 Maker = Callable[..., Any]
 WITHIN = {INTIMATE_M: 0.0, PERSONAL_NEAR_M: 0.25, PERSONAL_M: 0.5, SOCIAL_NEAR_M: 0.75}
@@ -38,5 +38,5 @@ def test_alone_it_drives_at_nominal_speed_and_the_nearest_person_counts(
 
 
 def test_zones_turned_inside_out_are_refused() -> None:
-    with pytest.raises(InvalidInput, match="scale"):
+    with refused("scale"):
         make("hall_steps:scale=-1")

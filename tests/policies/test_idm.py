@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies import make
 from hazbot_gym.policies.idm import SOON_S, Idm
 from hazbot_gym.policies.people_seen import RADII_M
+from tests.refusals import refused
 
 Maker = Callable[..., Any]
 POLICY = Idm(headway_s=1.5, lane_m=0.6, gap_m=0.4)
@@ -70,5 +70,5 @@ def test_the_strictest_counts_and_stacked_observations_get_an_action_each(observ
 
 
 def test_a_lane_without_width_is_refused() -> None:
-    with pytest.raises(InvalidInput, match="lane_m"):
+    with refused("lane_m"):
         make("idm:lane_m=0")

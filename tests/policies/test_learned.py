@@ -12,13 +12,14 @@ from sb3_contrib import TQC
 from stable_baselines3 import DQN, PPO
 
 from hazbot_gym import policies
-from hazbot_gym.errors import InvalidInput, MissingExtra
+from hazbot_gym.errors import MissingExtra
 from hazbot_gym.policies import learned
 from hazbot_gym.policies.actor import Actor
 from hazbot_gym.policies.actor_file import describe, write
 from hazbot_gym.policies.base import spec_of
 from hazbot_gym.policies.layer import Layer
 from hazbot_gym.task.observation import LAYOUTS
+from tests.refusals import refused
 
 
 def save(path: Path, tier: str, bias: float, residual: dict[str, Any] | None = None) -> Path:
@@ -73,7 +74,7 @@ def test_a_path_may_have_any_letters(
 
 
 def test_a_zip_that_no_model_is_in_is_one_line() -> None:
-    with pytest.raises(InvalidInput, match="no model that Stable-Baselines3 saved"):
+    with refused("model ... Stable-Baselines3"):
         policies.make("learned:nowhere.zip", allow_pickle=True)
 
 
@@ -85,27 +86,26 @@ def test_it_needs_no_torch(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_another_tier_and_drawn_actions_are_refused_in_one_line(file: Path) -> None:
     policy = policies.make(f"learned:{file}")
-    with pytest.raises(InvalidInput, match="^tier: given observations of 12 entries, .* tracks"):
+    with refused("tier ... 12 ... tracks"):
         policy.predict(np.zeros(12, np.float32))
-    with pytest.raises(InvalidInput, match="^deterministic: given False"):
+    with refused("deterministic ... False"):
         policy.predict(np.zeros(48, np.float32), deterministic=False)
 
 
 @pytest.mark.parametrize(
     ("spec", "complaint"),
     [
-        ("learned:nowhere.npz", "there is no file 'nowhere.npz'"),
-        ("learned:{here}", "is damaged, or no trained policy of hazbot_gym"),
-        ("learned:model.zip", "runs code that is in it; .*--allow-pickle"),
-        ("learned:nowhere.zip,allow_pickle=true", "cannot allow itself pickle; .*--allow-pickle"),
-        ("learned", "'learned' names no file; give learned:path=FILE"),
-        ("learned:path=", "'learned:path=' names no file"),
+        ("learned:nowhere.npz", "'nowhere.npz'"),
+        ("learned:{here}", "damaged"),
+        ("learned:model.zip", "model.zip ... --allow-pickle"),
+        ("learned:nowhere.zip,allow_pickle=true", "--allow-pickle"),
+        ("learned", "'learned' ... learned:path=FILE"),
+        ("learned:path=", "'learned:path='"),
     ],
 )
 def test_mistakes_are_one_line(spec: str, complaint: str) -> None:
-    with pytest.raises(InvalidInput, match=complaint) as caught:
+    with refused(complaint):
         policies.make(spec.format(here=__file__))
-    assert "\n" not in str(caught.value)
 
 
 # --- zips of Stable-Baselines3 -------------------------------------------------------------------
@@ -121,9 +121,9 @@ def test_a_zip_is_loaded_where_that_is_allowed(
     expected, _ = model.predict(seen(), deterministic=True)
     actions, _ = policy.predict(seen())
     assert actions == pytest.approx(expected[:, None] / 2 - 1 if levels else expected)
-    with pytest.raises(InvalidInput, match="^tier: given observations of 12 entries"):
+    with refused("tier ... 12"):
         policy.predict(np.zeros(12, np.float32))
-    with pytest.raises(InvalidInput, match="^deterministic: given False"):
+    with refused("deterministic ... False"):
         policy.predict(np.zeros(48, np.float32), deterministic=False)
 
 
@@ -131,7 +131,7 @@ def test_a_zip_is_loaded_where_that_is_allowed(
 def test_a_zip_whose_description_is_none_is_one_line(data: str, tmp_path: Path) -> None:
     with zipfile.ZipFile(tmp_path / "model.zip", "w") as archive:
         archive.writestr("data", data)
-    with pytest.raises(InvalidInput, match="no model that Stable-Baselines3 saved"):
+    with refused("model ... Stable-Baselines3"):
         policies.make(f"learned:{tmp_path / 'model.zip'}", allow_pickle=True)
 
 
@@ -140,14 +140,14 @@ def test_a_zip_of_broken_weights_or_damaged_pickles_is_one_line(blank: Any, tmp_
     with torch.no_grad():
         model.policy.action_net.weight[0, 0] = torch.nan
     model.save(path)
-    with pytest.raises(InvalidInput, match="holds weights that are not finite"):
+    with refused("weights ... finite"):
         policies.make(f"learned:{path}", allow_pickle=True)
     with zipfile.ZipFile(path) as archive:
         entries = {name: archive.read(name) for name in archive.namelist()}
     with zipfile.ZipFile(path, "w") as archive:
         for name, content in entries.items():
             archive.writestr(name, content[:-40] if name == "policy.pth" else content)
-    with pytest.raises(InvalidInput, match="model.zip' cannot be loaded: "):
+    with refused("model.zip"):
         policies.make(f"learned:{path}", allow_pickle=True)
 
 
@@ -179,10 +179,10 @@ def test_a_shipped_correction_drives_on_its_base(shipped: Path) -> None:
 
 def test_a_tier_that_none_is_shipped_for_is_one_line(shipped: Path) -> None:
     save(shipped / "ppo_tracks.npz", "tracks", 0.5)
-    with pytest.raises(InvalidInput, match="tier: given observations of 12 entries"):
+    with refused("tier ... 12"):
         policies.make("ppo").predict(np.zeros(12, np.float32))
 
 
 def test_no_shipped_policy_is_one_line(shipped: Path) -> None:
-    with pytest.raises(InvalidInput, match="^policy: 'ppo' is not shipped with this version"):
+    with refused("policy ... 'ppo'"):
         policies.make("ppo")

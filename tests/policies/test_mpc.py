@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from hazbot_gym.config import Config
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies import make, mpc
 from hazbot_gym.policies.mpc import Mpc
 from hazbot_gym.task.observation import LAYOUTS
+from tests.refusals import refused
 
 TRACKS = LAYOUTS["tracks"]
 Maker = Callable[..., Any]
@@ -67,7 +67,7 @@ def test_the_way_ahead_bends_as_the_path_does(
 
 def test_places_on_the_way_lie_on_a_line_or_a_circle() -> None:
     s = np.linspace(0.0, 2.0, 5)
-    straight, left, right = mpc._way(np.array([0.0, 0.5, -0.5]), s)
+    straight, left, right = mpc.way_ahead(np.array([0.0, 0.5, -0.5]), s)
     np.testing.assert_allclose(straight, [s, np.zeros(5)], atol=1e-8)
     np.testing.assert_allclose(left, [2 * np.sin(s / 2), 2 * (1 - np.cos(s / 2))], atol=1e-12)
     np.testing.assert_allclose(right, left * [[1.0], [-1.0]], atol=1e-12)
@@ -87,5 +87,5 @@ def test_plans_for_robots_of_another_nominal_speed(observe: Maker, share: Maker)
 
 
 def test_a_plan_for_no_time_is_refused() -> None:
-    with pytest.raises(InvalidInput, match="horizon_s"):
+    with refused("horizon_s"):
         make("mpc:horizon_s=0")

@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.own_policy import OwnPolicy
+from tests.refusals import refused
 
 ONE, TWO = np.zeros(12, np.float32), np.zeros((2, 12), np.float32)
 
 
 class Answers:
-    """A policy that answers the same to everything."""
+    """A policy that the same to everything."""
 
     def __init__(self, answer: Any) -> None:
         self._answer = answer
@@ -43,23 +43,22 @@ def test_an_action_is_handed_on_as_an_array(observation: Any, action: Any) -> No
 @pytest.mark.parametrize(
     ("observation", "answer", "complaint"),
     [
-        (ONE, np.ones(1), "predict of 'mine:P' returns ndarray, allowed is"),
-        (ONE, (np.ones(1), None, 2), "predict of 'mine:P' returns 3 values"),
-        (ONE, (0.5, None), r"answers in shape \(\), allowed is \(1,\)"),
-        (ONE, (np.ones((1, 1)), None), r"answers in shape \(1, 1\), allowed is \(1,\)"),
-        (TWO, (np.ones(1), None), r"answers in shape \(1,\), allowed is \(2, 1\)"),
-        (TWO, ([[1.0], [1.0, 2.0]], None), "the action of 'mine:P' failed: ValueError: setting"),
-        (ONE, ([np.nan], None), "answers nan, allowed is -1 <= action <= 1"),
-        (TWO, (np.array([[0.0], [1.5]]), None), "answers 1.5, allowed is -1 <= action <= 1"),
-        (ONE, (["fast"], None), "answers <U4, allowed are numbers"),
-        (ONE, ([None], None), "answers object, allowed are numbers"),
-        (ONE, ValueError("a\nb"), "predict of 'mine:P' failed: ValueError: a b .line "),
-        (ONE, SystemExit(3), "predict of 'mine:P' failed: SystemExit: 3"),
+        (ONE, np.ones(1), "'mine:P' ... ndarray"),
+        (ONE, (np.ones(1), None, 2), "'mine:P' ... 3 values"),
+        (ONE, (0.5, None), "() ... (1,)"),
+        (ONE, (np.ones((1, 1)), None), "(1, 1) ... (1,)"),
+        (TWO, (np.ones(1), None), "(1,) ... (2, 1)"),
+        (TWO, ([[1.0], [1.0, 2.0]], None), "'mine:P' ... ValueError"),
+        (ONE, ([np.nan], None), "nan ... -1 <= action <= 1"),
+        (TWO, (np.array([[0.0], [1.5]]), None), "1.5 ... -1 <= action <= 1"),
+        (ONE, (["fast"], None), "<U4 ... numbers"),
+        (ONE, ([None], None), "object ... numbers"),
+        (ONE, ValueError("a\nb"), "'mine:P' ... ValueError: a b"),
+        (ONE, SystemExit(3), "'mine:P' ... SystemExit: 3"),
     ],
 )
 def test_an_answer_that_is_no_action_is_one_line(
     observation: Any, answer: Any, complaint: str
 ) -> None:
-    with pytest.raises(InvalidInput, match=complaint) as raised:
+    with refused(complaint):
         OwnPolicy("mine:P", Answers(answer)).predict(observation)
-    assert len(str(raised.value).splitlines()) == 1

@@ -2,12 +2,11 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-import pytest
 
 from hazbot_gym import policies
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.stop_on_sight import StopOnSight
 from hazbot_gym.task.observation import LAYOUTS
+from tests.refusals import refused
 
 LAYOUT = LAYOUTS["sonar"]
 
@@ -50,5 +49,5 @@ def test_resumes_a_fixed_distance_farther_away_if_not_told() -> None:
 
 
 def test_to_resume_nearer_than_to_stop_is_refused() -> None:
-    with pytest.raises(InvalidInput, match="must be at least stop_m = 1.0"):
+    with refused("stop_m = 1.0"):
         policies.make("stop_on_sight:stop_m=1.0,resume_m=0.5")

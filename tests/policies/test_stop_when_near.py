@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies import make
 from hazbot_gym.task.observation import LAYOUTS
+from tests.refusals import refused
 
 TRACKS = LAYOUTS["tracks"]
 
@@ -37,5 +37,5 @@ def test_stacked_observations_are_judged_one_by_one() -> None:
 
 
 def test_a_threshold_below_zero_is_refused() -> None:
-    with pytest.raises(InvalidInput, match="stop_m"):
+    with refused("stop_m"):
         make("stop_when_near:stop_m=-1")

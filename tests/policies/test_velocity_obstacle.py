@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies import make
 from hazbot_gym.policies.ttc import Ttc
 from hazbot_gym.policies.velocity_obstacle import VelocityObstacle
+from tests.refusals import refused
 
 Maker = Callable[..., Any]
 
@@ -62,5 +62,5 @@ def test_the_strictest_person_counts_and_stacked_observations_get_an_action_each
 
 @pytest.mark.parametrize("responsibility", [0, 1.5])
 def test_shares_of_nothing_or_more_than_all_are_refused(responsibility: float) -> None:
-    with pytest.raises(InvalidInput, match="responsibility"):
+    with refused("responsibility"):
         make(f"velocity_obstacle:responsibility={responsibility}")

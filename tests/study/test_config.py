@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation.scenario_set import DEFAULT_SETS, ScenarioSet, parse_overrides
 from hazbot_gym.study.config import load_study
+from tests.refusals import refused
 
 PLAYED = {"name": "real people, replay", "env": "hazbot_gym/Circle-v0"}
 FRONTS = {"sets": ["E*"], "families": ["ttc"], "groups": {"ttc": ["ppo"]}}
@@ -49,51 +49,47 @@ def test_equal_values_are_the_same_study_and_every_change_makes_another(tmp_path
 @pytest.mark.parametrize(
     ("change", "field", "allowed"),
     [
-        ({"episodes": 0}, "episodes: given 0", "greater than or equal to 1"),
+        ({"episodes": 0}, "episodes ... 0", "1"),
         ({"episodez": 5}, "episodez", "episodes_per_shard"),
-        ({"sets": ["E9"]}, "sets: given 'E9'", "E5.5"),
+        ({"sets": ["E9"]}, "sets ... 'E9'", "E5.5"),
         ({"policies": []}, "policies", "at least 1"),
-        ({"policies": ["constant", "constant"]}, "policies: given 'constant' twice", "once"),
-        ({"reference": "constant:0.1"}, "reference: given 'constant:0.1'", "constant:0.25"),
-        ({"ssm": {"braking_mps2": 0}}, "ssm.braking_mps2: given 0", "greater than 0"),
+        ({"policies": ["constant", "constant"]}, "policies ... 'constant' twice", "once"),
+        ({"reference": "constant:0.1"}, "reference ... 'constant:0.1'", "constant:0.25"),
+        ({"ssm": {"braking_mps2": 0}}, "ssm.braking_mps2 ... 0", "greater than 0"),
         ({"ssm": {"brakes": 1}}, "ssm.brakes", "unknown"),
         ({"sets": [{"name": "x"}]}, "sets.0.env", "required"),
-        ({"tracks": "/no/such/folder"}, "tracks: given '/no/such/folder'", "not exist"),
-        ({"engine": "steam"}, "engine: given 'steam'", "'batched' or 'pymunk'"),
-        ({"episodes": True}, "episodes: given True", "valid integer"),
-        ({"episodes": "5"}, "episodes: given '5'", "valid integer"),
-        ({"episodes": 5.0}, "episodes: given 5.0", "valid integer"),
-        ({"episodes": 10**12}, "episodes: given 1000000000000", "less than or equal to 1000000"),
-        ({"resamples": 10**12}, "resamples: given 1000000000000", "less than or equal to"),
-        ({"trials": 10**12}, "trials: given 1000000000000", "less than or equal to"),
-        ({"trial_episodes": 10**12}, "trial_episodes: given 1000000000000", "less than or equal"),
-        ({"episodes_per_shard": 10**12}, "episodes_per_shard: given", "less than or equal to"),
-        ({"seed": 2**64}, "seed: given 18446744073709551616", "less than or equal to 184"),
+        ({"tracks": "/no/such/folder"}, "tracks ... '/no/such/folder'", "not exist"),
+        ({"engine": "steam"}, "engine ... 'steam'", "'batched' or 'pymunk'"),
+        ({"episodes": True}, "episodes ... True", "integer"),
+        ({"episodes": "5"}, "episodes ... '5'", "integer"),
+        ({"episodes": 5.0}, "episodes ... 5.0", "integer"),
+        ({"episodes": 10**12}, "episodes ... 1000000000000", "1000000"),
+        ({"resamples": 10**12}, "resamples ... 1000000000000", "less"),
+        ({"trials": 10**12}, "trials ... 1000000000000", "less"),
+        ({"trial_episodes": 10**12}, "trial_episodes ... 1000000000000", "less than or equal"),
+        ({"episodes_per_shard": 10**12}, "episodes_per_shard: given", "less"),
+        ({"seed": 2**64}, "seed ... 18446744073709551616", "184"),
         ({"yardstick": {"sets": ["E*"], "worlds": 10**9}}, "yardstick.worlds: given", "10000"),
-        ({"ssm": {"braking_mps2": "1"}}, "ssm.braking_mps2: given '1'", "valid number"),
-        ({"ssm": {"reaction_s": 1e300}}, "ssm.reaction_s: given 1e+300", "sizes of"),
+        ({"ssm": {"braking_mps2": "1"}}, "ssm.braking_mps2 ... '1'", "number"),
+        ({"ssm": {"reaction_s": 1e300}}, "ssm.reaction_s ... 1e+300", "sizes of"),
         ({"learners": [{"name": "a", "config": "a", "seeds": 10**6}]}, "seeds: given", "1000"),
-        ({"trial_overrides": {"tear": "sonar"}}, "tear: unknown key", "tier"),
-        ({"policies": [1]}, "policies.0: given 1", "valid string"),
+        ({"trial_overrides": {"tear": "sonar"}}, "tear", "tier"),
+        ({"policies": [1]}, "policies.0 ... 1", "string"),
         (
             {"sets": [{"name": "x", "env": "Circle-v0", "overrides": None}]},
             "sets.0.overrides",
             "dict",
         ),
-        ({"confidence": 1.0}, "confidence: given 1.0", "less than 1"),
-        ({"tracks": ".", "sets": [PLAYED]}, "sets: given 'real people, replay'", "tracks"),
-        ({"fronts": FRONTS}, "fronts.groups: given 'ttc'", "fronts.families"),
+        ({"confidence": 1.0}, "confidence ... 1.0", "less than 1"),
+        ({"tracks": ".", "sets": [PLAYED]}, "sets ... 'real people, replay'", "tracks"),
+        ({"fronts": FRONTS}, "fronts.groups ... 'ttc'", "fronts.families"),
     ],
 )
 def test_bad_values_are_one_line_with_field_and_what_is_allowed(
     change: dict[str, object], field: str, allowed: str
 ) -> None:
-    with pytest.raises(InvalidInput) as raised:
+    with refused(f"{field} ... {allowed}"):
         load_study(**change)
-    message = str(raised.value)
-    assert field in message
-    assert allowed in message
-    assert "\n" not in message
 
 
 @pytest.mark.parametrize(
@@ -102,17 +98,15 @@ def test_bad_values_are_one_line_with_field_and_what_is_allowed(
 )
 def test_learners_that_would_share_a_folder_are_refused(names: tuple[str, str]) -> None:
     learners = [{"name": name, "config": "run.yaml"} for name in names]
-    with pytest.raises(InvalidInput, match="share a folder") as raised:
+    with refused("share a folder") as raised:
         load_study(learners=learners)
     assert all(repr(name) in str(raised.value) for name in names)
-    assert "\n" not in str(raised.value)
 
 
 @pytest.mark.parametrize("name", ["..", ".", "", "a.", ".hidden", "../up", "x" * 201, "я" * 101])
 def test_the_name_of_a_learner_must_be_that_of_a_folder(name: str) -> None:
-    with pytest.raises(InvalidInput, match=r"learners\.0\.name: given") as raised:
+    with refused("learners.0.name"):
         load_study(learners=[{"name": name, "config": "run.yaml"}])
-    assert "\n" not in str(raised.value)
 
 
 @pytest.mark.parametrize("value", ["yes", "190:20:30:15", "2020-13-45", "'5'", "1e2x"])
@@ -120,7 +114,7 @@ def test_text_that_looks_like_a_number_is_refused_in_one_line(tmp_path: Path, va
     file = tmp_path / "study.yaml"
     file.write_text(f"episodes: {value}")
 
-    with pytest.raises(InvalidInput, match="^episodes: given '.*', input should be a valid int"):
+    with refused("episodes ... int"):
         load_study(file)
 
 
@@ -129,7 +123,7 @@ def test_section_left_empty_is_refused(tmp_path: Path, field: str) -> None:
     file = tmp_path / "study.yaml"
     file.write_text(f"{field}:\n")
 
-    with pytest.raises(InvalidInput, match=f"^{field}: given None, (input|arguments) "):
+    with refused(f"{field} ... None"):
         load_study(file)
 
 
@@ -137,7 +131,7 @@ def test_key_given_twice_is_refused_with_its_line(tmp_path: Path) -> None:
     file = tmp_path / "study.yaml"
     file.write_text("episodes: 3\nseed: 1\nepisodes: 4\n")
 
-    with pytest.raises(InvalidInput, match="study.yaml, line 3: key 'episodes' is given twice"):
+    with refused("study.yaml ... line 3 ... 'episodes'"):
         load_study(file)
 
 
@@ -145,9 +139,8 @@ def test_key_given_twice_is_refused_with_its_line(tmp_path: Path) -> None:
 def test_a_file_that_is_no_mapping_is_one_line(tmp_path: Path, text: str) -> None:
     file = tmp_path / "study.yaml"
     file.write_text(text)
-    with pytest.raises(InvalidInput, match="config: ") as raised:
+    with refused("config"):
         load_study(file)
-    assert "\n" not in str(raised.value)
 
 
 def test_overrides_nest_and_are_read_as_yaml() -> None:
@@ -175,9 +168,8 @@ def test_overrides_nest_and_are_read_as_yaml() -> None:
     ],
 )
 def test_an_override_that_makes_no_sense_is_one_line(changes: list[str]) -> None:
-    with pytest.raises(InvalidInput, match="set: ") as raised:
+    with refused("set"):
         parse_overrides(changes)
-    assert "\n" not in str(raised.value)
 
 
 def test_a_geometry_of_the_paper_is_one_scenario_and_counts_as_one() -> None:

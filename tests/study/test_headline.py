@@ -2,13 +2,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
-
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.study import headline
 from hazbot_gym.study.config import StudyConfig, load_study
 from hazbot_gym.study.headline import IN_DISTRIBUTION, POOLED, headline_sets, pooled_sets
+from tests.refusals import refused
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FIVE = ["Crossing", "Encountering", "Leading", "Confronting", "Corridor"]
@@ -46,7 +44,7 @@ def test_what_robots_see_changes_no_scenario() -> None:
 def test_a_set_cannot_have_the_name_of_several_together() -> None:
     for name, others in ((POOLED, ["E*"]), (IN_DISTRIBUTION, ["E*", "Crossing"])):
         study = StudyConfig(sets=[*others, a_set(name)])
-        with pytest.raises(InvalidInput, match=f"sets: given the name '{name}'"):
+        with refused(f"sets ... '{name}'"):
             pooled_sets(study)
 
 

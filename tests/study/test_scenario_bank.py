@@ -7,7 +7,6 @@ import pandas as pd
 import pytest
 
 from hazbot_gym.bench import training
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation.rollout import resolve
 from hazbot_gym.study import bank_sets, scenario_bank
 from hazbot_gym.study.bank_sets import BANK_SETS, GROUPS, BankSet
@@ -16,6 +15,7 @@ from hazbot_gym.study.run import run_study
 from hazbot_gym.study.store import EPISODES, read_episodes
 from hazbot_gym.training import validation
 from hazbot_gym.utils.yaml_loader import read_yaml
+from tests.refusals import refused
 
 ROOT = Path(__file__).parents[2]
 
@@ -102,19 +102,17 @@ def test_beside_the_bank_the_moments_among_real_people_are_frozen_too(tmp_path: 
 @pytest.mark.parametrize(
     ("sets", "complaint"),
     [
-        ("bank:tset", "sets: given 'bank:tset', allowed are bank:validation, bank:test"),
-        ("bank:test/Cross", "sets: given 'bank:test/Cross'"),
-        ("bank:", "sets: given 'bank:'"),
-        ([{"bank": "test", "tier": "sonar"}], "sets: given {'bank': 'test', 'tier': 'sonar'}"),
-        ([{"bank": "test", "overrides": 3}], "beside bank allowed is a mapping of overrides"),
-        (["bank:test", "bank:test/Crossing"], "given 'test/Crossing' twice"),
+        ("bank:tset", "sets ... 'bank:tset' ... bank:validation, bank:test"),
+        ("bank:test/Cross", "sets ... 'bank:test/Cross'"),
+        ("bank:", "sets ... 'bank:'"),
+        ([{"bank": "test", "tier": "sonar"}], "sets ... {'bank': 'test', 'tier': 'sonar'}"),
+        ([{"bank": "test", "overrides": 3}], "bank ... overrides"),
+        (["bank:test", "bank:test/Crossing"], "'test/Crossing' twice"),
     ],
 )
 def test_a_name_that_is_none_is_refused_in_a_line(sets: Any, complaint: str) -> None:
-    with pytest.raises(InvalidInput) as raised:
+    with refused(complaint):
         load_study(sets=sets)
-    assert complaint in str(raised.value)
-    assert "\n" not in str(raised.value)
 
 
 @pytest.mark.parametrize("engine", ["batched", "pymunk"])
@@ -144,9 +142,8 @@ def test_rows_of_other_scenarios_under_a_name_of_the_bank_are_refused(
     rows = pd.concat([rows, pd.DataFrame({"scenario": ["E*/000"], "scenario_hash": ["any"]})])
     scenario_bank.check(rows)
     rows["scenario_hash"] = rows["scenario_hash"].iloc[0]
-    with pytest.raises(InvalidInput, match="'validation/Crossing/001': drawn with hash") as raised:
+    with refused("'validation/Crossing/001'"):
         scenario_bank.check(rows)
-    assert "\n" not in str(raised.value)
 
 
 def test_the_page_lists_every_group_with_its_size_and_meaning() -> None:

@@ -7,13 +7,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pandas as pd
-import pyarrow as pa
 import pytest
 
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import store
 from hazbot_gym.utils import files
 from hazbot_gym.utils.checksum import BLANK, seal
+from tests.refusals import refused
 
 ROWS = [
     {"policy": "constant:0.5", "episode": k, "return": 0.1 * k, "outcome": ""} for k in range(3)
@@ -68,7 +67,7 @@ def test_no_byte_of_a_json_record_can_change_unnoticed(tmp_path: Path) -> None:
     path, content = tmp_path / "record.json", {"trials": [{"return": 0.25}], "policy": "ttc"}
     files.write_json(path, content)
     for _ in flipped(path):
-        with pytest.raises(files.Damaged, match="damaged"):
+        with refused("damaged", error=files.Damaged):
             files.read_json(path)
     assert files.read_json(path) == content
 
@@ -85,7 +84,7 @@ def test_no_byte_of_a_study_s_rows_can_change_unnoticed(tmp_path: Path) -> None:
     path, rows = tmp_path / "episodes.parquet", pd.DataFrame(ROWS)
     store.write_episodes(path, rows)
     for _ in flipped(path):
-        with pytest.raises(files.Damaged, match="damaged"):
+        with refused("damaged", error=files.Damaged):
             store.read_episodes(path)
     pd.testing.assert_frame_equal(store.read_episodes(path), rows)
     pd.testing.assert_frame_equal(pd.read_parquet(path), rows)  # by others, too
@@ -96,12 +95,12 @@ def test_a_record_cut_short_or_without_a_checksum_is_refused(tmp_path: Path, cut
     path = tmp_path / "record.json"
     files.write_json(path, {"a": 1})
     path.write_bytes(path.read_bytes()[:cut])
-    with pytest.raises(files.Damaged):
+    with refused(error=files.Damaged):
         files.read_json(path)
     path.write_text('{"a": 1}')
-    with pytest.raises(files.Damaged):
+    with refused(error=files.Damaged):
         files.read_json(path)
-    with pytest.raises(InvalidInput, match="cannot read"):
+    with refused("cannot read"):
         files.read_json(tmp_path / "none.json")
 
 
@@ -131,9 +130,8 @@ def test_a_full_disk_is_one_line_and_leaves_the_old_file(
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(Path, "write_bytes", write)
-    with pytest.raises(InvalidInput, match="No space left on device") as raised:
+    with refused("No space left on device"):
         files.write_json(tmp_path / "record.json", {"a": 2})
-    assert "\n" not in str(raised.value)
     assert [path.name for path in tmp_path.iterdir()] == ["record.json"]
     assert files.read_json(tmp_path / "record.json") == {"a": 1}
 
@@ -189,7 +187,7 @@ def test_a_new_an_empty_and_an_own_folder_can_be_claimed(tmp_path: Path) -> None
         ("thesis.tex", "precious", "no study's"),
         ("manifest.json", "{ half a manif", "no study's"),
         ("manifest.json", '["not", "ours"]', "no study's"),
-        ("manifest.json", '{"study": "without a checksum"}', "its manifest.json is damaged"),
+        ("manifest.json", '{"study": "without a checksum"}', "manifest.json ... damaged"),
     ],
 )
 def test_a_foreign_folder_is_refused_in_one_line_and_left_alone(
@@ -197,37 +195,34 @@ def test_a_foreign_folder_is_refused_in_one_line_and_left_alone(
 ) -> None:
     (tmp_path / name).write_text(text)
     before = contents(tmp_path)
-    with pytest.raises(InvalidInput, match=message) as raised:
+    with refused(message):
         store.claim(tmp_path, "me")
-    assert "\n" not in str(raised.value)
     assert contents(tmp_path) == before
 
 
 def test_the_folder_of_another_study_is_refused(tmp_path: Path) -> None:
     files.write_json(tmp_path / store.MANIFEST, {"study": "other"})
-    with pytest.raises(InvalidInput, match=r"holds another study \(other, this one is me\)"):
+    with refused("other ... me"):
         store.claim(tmp_path, "me")
 
 
 def test_a_file_is_no_folder(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
-    with pytest.raises(InvalidInput, match="is a file"):
+    with refused("is a file"):
         store.claim(tmp_path / "file", "me")
 
 
 def test_a_folder_that_cannot_be_made_is_one_line(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
-    with pytest.raises(InvalidInput, match="cannot write") as raised:
+    with refused("cannot write"):
         files.write_json(tmp_path / "file" / "summary.json", {})
-    assert "\n" not in str(raised.value)
 
 
 @pytest.mark.parametrize("out", ["file/run", "file/run/deep", "x" * 300])
 def test_what_could_not_be_written_is_told_before_any_work(tmp_path: Path, out: str) -> None:
     (tmp_path / "file").write_text("x")
-    with pytest.raises(InvalidInput, match="out: cannot write") as raised:
+    with refused("out"):
         store.claim(tmp_path / out, "me")
-    assert "\n" not in str(raised.value)
 
 
 @pytest.mark.parametrize("out", ["run:1", "a,b", "new/deep", "[/x]", "è", "-x"])
@@ -240,7 +235,7 @@ def test_usual_and_unusual_names_may_be_written(tmp_path: Path, out: str) -> Non
 def test_two_runs_at_once_in_one_folder_are_noticed(tmp_path: Path) -> None:
     out = tmp_path / "out"
     with files.sole_use(out):
-        with pytest.raises(InvalidInput, match="another run is at work"), files.sole_use(out):
+        with refused("another run is at work"), files.sole_use(out):
             pytest.fail("two at once")
         with files.sole_use(tmp_path / "other"):
             pass
@@ -274,12 +269,12 @@ def test_leftovers_of_a_killed_run_are_swept_and_nothing_else(tmp_path: Path) ->
 def test_a_right_checksum_makes_no_record(tmp_path: Path, text: str) -> None:
     path = tmp_path / "manifest.json"
     path.write_bytes(seal(text.encode()))
-    with pytest.raises(files.Damaged):
+    with refused(error=files.Damaged):
         files.read_json(path)
-    with pytest.raises(InvalidInput, match=r"its manifest.json is damaged"):
+    with refused("manifest.json ... damaged"):
         files.owner(tmp_path, path.name, "run")
     path.rename(tmp_path / "rows.parquet")
-    with pytest.raises(files.Damaged):
+    with refused(error=files.Damaged):
         store.read_episodes(tmp_path / "rows.parquet")
 
 
@@ -288,14 +283,14 @@ def test_a_small_file_of_very_many_values_is_refused(
 ) -> None:
     monkeypatch.setattr(store, "MOST_VALUES", 100_000)
     path = tmp_path / "rows.parquet"
-    store._write(path, pa.table({"a": pa.array([[0.0] * 200_000])}))
+    store.write_episodes(path, pd.DataFrame({"a": [[0.0] * 200_000]}))
     assert path.stat().st_size < 5_000
-    with pytest.raises(InvalidInput, match="would take 200,000 values, allowed are 100,000"):
+    with refused("200,000 ... 100,000"):
         store.read_episodes(path)
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes")
 def test_a_pipe_in_place_of_a_record_is_not_waited_for(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "manifest.json")
-    with pytest.raises(InvalidInput, match="is no file"):
+    with refused("is no file"):
         files.read_json(tmp_path / "manifest.json")

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.density import densities_and_speeds, fundamental_diagram
 from hazbot_gym.task.track_files import read_tracks
 from hazbot_gym.task.tracks import Corridor, Recording
+from tests.refusals import refused
 
 DT_S = 0.1
 
@@ -49,7 +49,7 @@ def test_what_is_rarely_seen_is_not_spoken_of() -> None:
 
 def test_the_open_has_no_density() -> None:
     recording = column(3, 2.0, 1.2)
-    with pytest.raises(InvalidInput, match="not of a corridor"):
+    with refused("not of a corridor"):
         fundamental_diagram(Recording(**{**recording.__dict__, "corridor": None}))
 
 

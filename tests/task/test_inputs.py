@@ -2,11 +2,9 @@
 
 from pathlib import Path
 
-import pytest
-
 from hazbot_gym.config import make_config
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.inputs import input_files
+from tests.refusals import refused
 
 TWO_SIGHTINGS = "id,frame,x,y\n1,0,0,0\n1,10,0.5,0\n"
 
@@ -39,5 +37,5 @@ def test_recordings_and_their_descriptions_are_inputs(tmp_path: Path) -> None:
 def test_only_the_files_that_are_read_are_inputs(tmp_path: Path) -> None:
     tracks = str(tmp_path / "nowhere")  # social-force people need no tracks
     assert input_files(make_config(place="corridor", tracks=tracks)) == []
-    with pytest.raises(InvalidInput, match="no such file"):
+    with refused("no such file"):
         input_files(make_config(people={"model": "replay"}, tracks=tracks))

@@ -10,9 +10,10 @@ import yaml
 from hazbot_gym.config import make_config
 from hazbot_gym.core.geometry import nearest_on_segment, path_length, sample_path
 from hazbot_gym.core.state import ACROSS, AGAINST, ALONG, ROBOT_RADIUS_M, Floats, Place
-from hazbot_gym.errors import DoubtfulPlace, InvalidInput
+from hazbot_gym.errors import DoubtfulPlace
 from hazbot_gym.task.places import PLACES, load_place
 from hazbot_gym.task.scenario import Source
+from tests.refusals import refused
 
 LENGTHS_M = {"circle": 2.0 * np.pi * 3.431, "aisle": 12.0 + np.pi / 2.0}  # 12 m elsewhere
 
@@ -102,7 +103,7 @@ def test_an_open_floor_may_end_at_a_wall_which_the_path_must_not_touch() -> None
     place = load_place("open", {"length_m": 8.0, "end_wall_m": 0.4})
 
     assert clearances(on_path(place), place.walls).min() == pytest.approx(0.4, abs=0.03)
-    with pytest.raises(InvalidInput, match="wall"):
+    with refused("wall"):
         load_place("open", {"end_wall_m": 0.2})
 
 
@@ -118,57 +119,56 @@ def test_place_from_a_file_is_what_the_file_says(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "options", "complaint"),
     [
-        ("corridr", {}, "place: given 'corridr', allowed are open, corridor, .* or a .yaml file"),
-        ("corridor", {"lenght_m": 9.0}, "place_options: given 'lenght_m', corridor takes width_m"),
-        ("corridor", {"width_m": -1.0}, "place_options.width_m: given -1.0, allowed is 0 <"),
-        ("corridor", {"width_m": np.inf}, "place_options.width_m: given inf, allowed is 0 <"),
-        ("corridor", {"width_m": 0.55}, "place corridor: path passes a wall at 0.28 m near"),
-        ("corridor", {"width_m": 0.4}, "place_options: corridor is impossible, along_room_m"),
-        ("doorway", {"door_m": 0.5}, "place doorway: path passes a wall at 0.25 m near"),
-        ("aisle", {"leg_m": 0.9}, "place aisle: .*too large"),
-        ("no/such/file.yaml", {}, "place: cannot read no/such/file.yaml"),
-        ("x.yaml", {"width_m": 2.0}, "place_options: given, but a place from a file takes none"),
+        ("corridr", {}, "place ... 'corridr' ... open, corridor ... .yaml"),
+        ("corridor", {"lenght_m": 9.0}, "place_options ... 'lenght_m' ... corridor ... width_m"),
+        ("corridor", {"width_m": -1.0}, "place_options.width_m ... -1.0 ... 0 <"),
+        ("corridor", {"width_m": np.inf}, "place_options.width_m ... inf ... 0 <"),
+        ("corridor", {"width_m": 0.55}, "corridor ... 0.28 m"),
+        ("corridor", {"width_m": 0.4}, "corridor ... along_room_m"),
+        ("doorway", {"door_m": 0.5}, "doorway ... 0.25 m"),
+        ("aisle", {"leg_m": 0.9}, "aisle"),
+        ("no/such/file.yaml", {}, "place ... no/such/file.yaml"),
+        ("x.yaml", {"width_m": 2.0}, "place_options ... file"),
     ],
 )
 def test_impossible_choice_of_a_place_is_one_clear_line(
     name: str, options: dict[str, float], complaint: str
 ) -> None:
-    with pytest.raises(InvalidInput, match=f"^{complaint}") as caught:
+    with refused(complaint):
         load_place(name, options)
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
     ("change", "complaint"),
     [
-        ({"colour": "red"}, "colour: unknown key, allowed are name, walls, path, routes"),
-        ({"path": None}, "path: given None"),
-        ({"path": {}}, "path takes either points or circle"),
+        ({"colour": "red"}, "colour ... unknown ... name, walls, path, routes"),
+        ({"path": None}, "path ... None"),
+        ({"path": {}}, "path ... points ... circle"),
         (
             {"path": {"points": [[0, 0], [1, 0]], "circle": {"center": [0, 0], "radius_m": 1}}},
-            "path takes either points or circle",
+            "path ... points ... circle",
         ),
-        ({"path": {"circle": {"center": [0, 0], "radius_m": 0}}}, "path.circle.radius_m: given 0"),
-        ({"path": {"points": [[0, 0]]}}, "path.points: given"),
-        ({"path": {"points": [[0, 0], [0, 0]]}}, "path.points: point 1 and point 2 coincide"),
+        ({"path": {"circle": {"center": [0, 0], "radius_m": 0}}}, "path.circle.radius_m ... 0"),
+        ({"path": {"points": [[0, 0]]}}, "path.points"),
+        ({"path": {"points": [[0, 0], [0, 0]]}}, "path.points ... point 1 ... point 2"),
         (
             {"path": {"points": [[0, 0], [9, 0], [9, 0.5]]}},
-            "path.points: corner 1 at .9.0, 0.0.: .*1.0 is too large",
+            "path.points ... corner 1 ... 9.0, 0.0 ... 1.0",
         ),
-        ({"path": {"points": [[0, 0], [float("nan"), 0]]}}, "path.points.1.0: given nan"),
-        ({"walls": [[0, 0, 1]]}, "walls.0.3: given"),
-        ({"walls": [[6, -1, 6, 1]]}, "path passes a wall at 0.00 m near"),
-        ({"along_room_m": 0}, "along_room_m: given 0"),
+        ({"path": {"points": [[0, 0], [float("nan"), 0]]}}, "path.points.1.0 ... nan"),
+        ({"walls": [[0, 0, 1]]}, "walls.0.3"),
+        ({"walls": [[6, -1, 6, 1]]}, "wall ... 0.00 m"),
+        ({"along_room_m": 0}, "along_room_m ... 0"),
         (
             {"routes": [{"points": [[6, 4], [6, 4]]}]},
-            "routes.0.points: .* coincide",
+            "routes.0.points ... coincide",
         ),
         (
             {"routes": [{"points": [[6, 4], [6, 0], [6, 4]]}]},
-            "routes.0.points: .*turns back",
+            "routes.0.points ... turns back",
         ),
-        ({"routes": [{"points": [[6, 4], [7, 3]]}]}, "routes.0 stays 3.0 m from the path"),
-        ({"routes": [{"points": [[6, -4], [6, 4]], "rom": 1}]}, "routes.0.rom: unknown key"),
+        ({"routes": [{"points": [[6, 4], [7, 3]]}]}, "routes.0 ... 3.0 m"),
+        ({"routes": [{"points": [[6, -4], [6, 4]], "rom": 1}]}, "routes.0.rom ... unknown"),
     ],
 )
 def test_mistake_in_a_place_file_is_one_clear_line(
@@ -176,19 +176,18 @@ def test_mistake_in_a_place_file_is_one_clear_line(
 ) -> None:
     path = write(tmp_path / "yard.yaml", {**YARD, **change})
 
-    with pytest.raises(InvalidInput, match=f"^place .*yard.*: {complaint}") as caught:
+    with refused(f"place ... yard ... {complaint}"):
         load_place(path)
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
     ("content", "complaint"),
     [
-        (b"walls: [", "is not YAML"),
-        (b"\xff\xfe\xff", "is not YAML"),
-        (b"- 1", "holds list, a mapping is needed"),
-        (b"", "name: .*field required"),
-        (b"name: yard", "path: .*field required"),
+        (b"walls: [", "YAML"),
+        (b"\xff\xfe\xff", "YAML"),
+        (b"- 1", "list ... mapping"),
+        (b"", "name ... required"),
+        (b"name: yard", "path ... required"),
     ],
 )
 def test_file_that_is_no_place_is_one_clear_line(
@@ -197,9 +196,8 @@ def test_file_that_is_no_place_is_one_clear_line(
     path = tmp_path / "yard.yaml"
     path.write_bytes(content)
 
-    with pytest.raises(InvalidInput, match=f"^place.*{complaint}") as caught:
+    with refused(f"place ... {complaint}"):
         load_place(str(path))
-    assert "\n" not in str(caught.value)
 
 
 # --- plausible places ----------------------------------------------------------------------------
@@ -212,31 +210,30 @@ def drawn(tmp_path: Path, **change: object) -> str:
 @pytest.mark.parametrize(
     ("change", "complaint"),
     [
-        ({"path": {"points": [[0, 0], [1200, 0]]}}, "path is 1200 m long, .* read in meters"),
-        ({"path": {"circle": {"center": [0, 0], "radius_m": 1e8}}}, "path is .* m long"),
-        ({"path": {"points": [[0, 0], [0.01, 0]]}}, "path is 0.01 m long, allowed is 0.1 to 500 m"),
-        ({"path": {"points": [[0, 0], [1e308, 0]]}}, "path: points.1.0: given 1e.308"),
-        ({"routes": [{"points": [[600, -400], [6, 400]]}]}, "routes.0 is 996.4 m long"),
-        ({"walls": [[0, 2, 9, 2], [3, 3, 3, 3]]}, "walls.1: given .3.0, .*a wall has two ends"),
-        ({"walls": [[0, 2, float("inf"), 2]]}, "walls.0.2: given inf"),
-        ({"routes": [{"points": []}]}, "routes.0.points: given"),
-        ({"run_out_m": 800}, "run_out_m: given 800"),
+        ({"path": {"points": [[0, 0], [1200, 0]]}}, "1200 m"),
+        ({"path": {"circle": {"center": [0, 0], "radius_m": 1e8}}}, "path"),
+        ({"path": {"points": [[0, 0], [0.01, 0]]}}, "0.01 m ... 0.1 to 500 m"),
+        ({"path": {"points": [[0, 0], [1e308, 0]]}}, "points.1.0 ... 1e+308"),
+        ({"routes": [{"points": [[600, -400], [6, 400]]}]}, "routes.0 ... 996.4 m"),
+        ({"walls": [[0, 2, 9, 2], [3, 3, 3, 3]]}, "walls.1"),
+        ({"walls": [[0, 2, float("inf"), 2]]}, "walls.0.2 ... inf"),
+        ({"routes": [{"points": []}]}, "routes.0.points"),
+        ({"run_out_m": 800}, "run_out_m ... 800"),
         (
             {"path": {"points": [[0, 0], [4, 0], [4, 0], [9, 0]]}},
-            "path.points: point 2 and point 3",
+            "path.points ... point 2 ... point 3",
         ),
         (
             {"path": {"points": [[0, 0], [9, 0], [9, 9], [12, 9]], "corner_radius_m": 8}},
-            "path.points: corner 1 at .9.0, 0.0.: corner_radius_m = 8.0 .* from point 2 to point 3",
+            "corner 1 ... 9.0, 0.0 ... corner_radius_m = 8.0 ... point 2 ... point 3",
         ),
     ],
 )
 def test_implausible_place_is_refused_with_the_figure(
     tmp_path: Path, change: dict[str, object], complaint: str
 ) -> None:
-    with pytest.raises(InvalidInput, match=f"^place .*yard.*: {complaint}") as caught:
+    with refused(f"place ... yard ... {complaint}"):
         load_place(drawn(tmp_path, **change))
-    assert "\n" not in str(caught.value)
 
 
 def test_a_door_that_leaves_no_room_for_tracking_errors_is_doubted(tmp_path: Path) -> None:

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.replay_place import replay_frame
 from hazbot_gym.task.synthetic_tracks import synthetic_recording
 from hazbot_gym.task.track_files import read_tracks
 from hazbot_gym.task.tracks import Corridor
+from tests.refusals import refused
 
 
 def test_robot_drives_along_the_middle_of_a_corridor() -> None:
@@ -42,7 +42,7 @@ def test_left_is_left_of_the_driving_direction() -> None:
 
 @pytest.mark.parametrize("lateral_m", [-1.25, 1.25, 1.6, -5.0])
 def test_way_without_room_for_the_robot_is_refused(lateral_m: float) -> None:
-    with pytest.raises(InvalidInput, match="does not fit between"):
+    with refused("does not fit between"):
         replay_frame(synthetic_recording(), lateral_m=lateral_m)
 
 
@@ -50,7 +50,7 @@ def test_wall_across_the_way_is_refused() -> None:
     recording = synthetic_recording()
     across = np.array([[6.0, 0.2, 6.0, 1.5]])  # leaves the middle free, but not for the robot
 
-    with pytest.raises(InvalidInput, match="does not fit between"):
+    with refused("does not fit between"):
         replay_frame(replace(recording, walls=np.concatenate([recording.walls, across])))
 
 
@@ -84,6 +84,5 @@ def test_real_recordings_have_a_way_of_some_metres(tracks_dir: Path, name: str) 
 def test_a_recording_without_room_is_named_with_the_way_that_was_tried() -> None:
     across = np.array([[6.0, -1.5, 6.0, 1.5]])
     blocked = replace(synthetic_recording(), walls=across)
-    message = r"^tracks: synthetic: .* along the middle, from \(0.0, 0.0\) to \(12.0, 0.0\)"
-    with pytest.raises(InvalidInput, match=message):
+    with refused("synthetic ... (0.0, 0.0) ... (12.0, 0.0)"):
         replay_frame(blocked)

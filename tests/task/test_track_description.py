@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.track_description import read_description
+from tests.refusals import refused
 
 
 def written(folder: Path, text: str) -> Path:
@@ -41,52 +41,49 @@ def test_fields_that_are_not_known_are_left_alone(tmp_path: Path) -> None:
     ],
 )
 def test_misspelled_field_is_refused(tmp_path: Path, name: str, meant: str) -> None:
-    with pytest.raises(InvalidInput, match=f"walk.json: '{name}' is not a field; '{meant}' is"):
+    with refused(f"walk.json ... '{name}' ... '{meant}'"):
         read_description(written(tmp_path, json.dumps({name: "m"})))
 
 
 def test_misspelled_field_of_the_place_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="'wall' is not a field; 'walls' is"):
+    with refused("'wall' ... 'walls'"):
         read_description(written(tmp_path, '{"geometry": {"wall": []}}'))
 
 
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("fps = 10", "walk.json: Invalid JSON"),
-        ("[" * 100_000, "walk.json: Invalid JSON"),
-        ("[]", "walk.json: Input should be"),
-        ('{"fps": 25, "fps": 16}', "walk.json: 'fps' is given twice"),
-        ('{"fps": 0}', "walk.json: fps: Input should be greater than 0"),
-        ('{"fps": "25"}', "walk.json: fps: Input should be a valid number"),
-        ('{"fps": true}', "walk.json: fps: Input should be a valid number"),
-        ('{"fps": NaN}', "walk.json: fps: Input should be"),
-        ('{"fps": Infinity}', "walk.json: fps: Input should be"),
-        ('{"fps": 1e999}', "walk.json: fps: Input should be"),
-        ('{"units": "km"}', "walk.json: units: Input should be 'm', 'cm', 'mm' or 'px'"),
-        ('{"metres_per_pixel": -1}', "walk.json: metres_per_pixel: Input should be greater"),
-        ('{"geometry": {"walls": [[1, 2, 3, 4]]}}', "walk.json: geometry.walls.0: Tuple"),
-        ('{"geometry": {"walls": [[[0, NaN], [1, 1]]]}}', "walk.json: geometry.walls.0.0.1: Input"),
+        ("fps = 10", "walk.json ... JSON"),
+        ("[" * 100_000, "walk.json ... JSON"),
+        ("[]", "walk.json"),
+        ('{"fps": 25, "fps": 16}', "walk.json ... 'fps'"),
+        ('{"fps": 0}', "walk.json ... fps ... greater than 0"),
+        ('{"fps": "25"}', "walk.json ... fps ... number"),
+        ('{"fps": true}', "walk.json ... fps ... number"),
+        ('{"fps": NaN}', "walk.json ... fps"),
+        ('{"fps": Infinity}', "walk.json ... fps"),
+        ('{"fps": 1e999}', "walk.json ... fps"),
+        ('{"units": "km"}', "walk.json ... units ... 'm', 'cm', 'mm' or 'px'"),
+        ('{"metres_per_pixel": -1}', "walk.json ... metres_per_pixel ... greater"),
+        ('{"geometry": {"walls": [[1, 2, 3, 4]]}}', "walk.json ... geometry.walls.0"),
+        ('{"geometry": {"walls": [[[0, NaN], [1, 1]]]}}', "walk.json ... geometry.walls.0.0.1"),
         (
             '{"geometry": {"walls": [[[0, 0], [1e308, 1]]]}}',
-            "geometry.walls.0.1.0: Input should",
+            "geometry.walls.0.1.0",
         ),
-        ('{"geometry": {"corridor_x": [0, -Infinity]}}', "walk.json: geometry.corridor_x.1: Input"),
-        ('{"geometry": {"corridor_axis": "z"}}', "walk.json: geometry.corridor_axis: Input"),
+        ('{"geometry": {"corridor_x": [0, -Infinity]}}', "walk.json ... geometry.corridor_x.1"),
+        ('{"geometry": {"corridor_axis": "z"}}', "walk.json ... geometry.corridor_axis"),
     ],
 )
 def test_every_fault_is_one_line(tmp_path: Path, text: str, complaint: str) -> None:
-    with pytest.raises(InvalidInput) as caught:
+    with refused(complaint):
         read_description(written(tmp_path, text))
-
-    assert complaint in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 def test_description_that_is_a_folder_is_refused(tmp_path: Path) -> None:
     (tmp_path / "walk.json").mkdir()
 
-    with pytest.raises(InvalidInput, match="walk.json: cannot be read"):
+    with refused("walk.json"):
         read_description(tmp_path / "walk.json")
 
 

@@ -10,6 +10,7 @@ import pytest
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.track_files import read_tracks
 from hazbot_gym.task.tracks import Corridor
+from tests.refusals import refused
 
 WALK = "frame,id,x,y\n" + "".join(f"{10 + k},1,{0.1 * k:.1f},0\n" for k in range(19))  # 1 m/s
 
@@ -96,34 +97,34 @@ def test_short_gap_is_filled_and_long_one_makes_two_people(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("options", "description", "complaint"),
     [
-        ({}, {}, "walk.csv: fps is missing"),
-        ({"fps": -1}, {}, "fps: given -1, allowed is a positive number"),
-        ({"fps": 10, "units": "km"}, {}, "units: given 'km', allowed are m, cm, mm, px"),
-        ({"fps": 600}, {"units": "m"}, "one step in ten is faster than 60 m/s"),
+        ({}, {}, "walk.csv ... fps"),
+        ({"fps": -1}, {}, "fps ... -1 ... positive number"),
+        ({"fps": 10, "units": "km"}, {}, "units ... 'km' ... m, cm, mm, px"),
+        ({"fps": 600}, {"units": "m"}, "60 m/s"),
         (
             {"fps": 10, "metres_per_pixel": 0},
             {},
-            "metres_per_pixel: given 0, allowed is a",
+            "metres_per_pixel ... 0",
         ),
-        ({"fps": 10, "metres_per_pixel": 1e308}, {}, "metres_per_pixel: given 1e+308, allowed"),
+        ({"fps": 10, "metres_per_pixel": 1e308}, {}, "metres_per_pixel ... 1e+308"),
         ({}, {"fps": 10, "metres_per_pixel": 1e308}, "walk.json: metres_per_pixel: Input should"),
-        ({"fps": 1e308}, {}, "fps: given 1e+308, allowed is a positive number, 1e-06 to"),
-        ({"fps": float("nan")}, {}, "fps: given nan, allowed is a positive number"),
+        ({"fps": 1e308}, {}, "fps ... 1e+308 ... positive number, 1e-06"),
+        ({"fps": float("nan")}, {}, "fps ... nan ... positive number"),
         (
             {"fps": 10, "units": "px"},
             {},
-            "walk.csv: positions are in pixels: give",
+            "walk.csv ... pixels",
         ),
         (
             {"fps": 10, "metres_per_pixel": 0.05},
             {"units": "cm"},
-            "walk.csv: metres_per_pixel is given, but units are cm (json)",
+            "walk.csv ... metres_per_pixel ... cm",
         ),
-        ({"fps": 10, "columns": "frame id x"}, {}, "walk.csv: columns: given 'frame id x', needed"),
+        ({"fps": 10, "columns": "frame id x"}, {}, "walk.csv ... columns ... 'frame id x'"),
         (
             {"fps": 10},
             {"geometry": {"corridor_axis": "x", "corridor_x": [1, 0], "corridor_y": [0, 1]}},
-            "walk.json: a corridor must reach from less to more",
+            "walk.json ... corridor",
         ),
     ],
 )
@@ -132,17 +133,14 @@ def test_what_cannot_be_used_is_refused(
 ) -> None:
     path = written(tmp_path, WALK, **description)
 
-    with pytest.raises(InvalidInput) as caught:
+    with refused(complaint):
         read_tracks(path, **options)
-
-    assert complaint in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 def test_single_frame_is_no_recording(tmp_path: Path) -> None:
     path = written(tmp_path, "# id frame x y\n0 0 0 0\n1 0 1 1\n", "walk.txt")
 
-    with pytest.raises(InvalidInput, match="nobody is seen in more than one frame"):
+    with refused("walk.txt ... one frame"):
         read_tracks(path, fps=10)
 
 
@@ -197,16 +195,16 @@ def test_reading_says_what_was_used_and_where_it_came_from(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("options", "complaint"),
     [
-        ({"fps": 250}, "unit not recognized: people would walk at 12.5 m/s in m, 0.125 m/s in cm"),
-        ({"fps": 2.5}, "unit not recognized: people would walk at 0.125 m/s in m"),
-        ({"fps": 25, "units": "mm"}, "nobody walks: the median speed is 0.0013 m/s"),
-        ({"fps": 250, "units": "m"}, "one step in ten is faster than 12 m/s"),
+        ({"fps": 250}, "unit ... 12.5 m/s in m, 0.125 m/s in cm"),
+        ({"fps": 2.5}, "unit ... 0.125 m/s in m"),
+        ({"fps": 25, "units": "mm"}, "0.0013 m/s"),
+        ({"fps": 250, "units": "m"}, "12 m/s"),
     ],
 )
 def test_unit_in_which_people_would_not_walk_is_never_guessed(
     tmp_path: Path, options: dict[str, Any], complaint: str
 ) -> None:
-    with pytest.raises(InvalidInput, match=complaint):
+    with refused(complaint):
         read_tracks(written(tmp_path, CROWD), **options)
 
 
@@ -222,7 +220,7 @@ def test_latitude_and_longitude_are_refused(tmp_path: Path) -> None:
 def test_one_person_who_only_stands_is_refused(tmp_path: Path) -> None:
     path = written(tmp_path, "frame,id,x,y\n" + "".join(f"{k},1,2,3\n" for k in range(50)))
 
-    with pytest.raises(InvalidInput, match="nobody walks: the median speed is 0 m/s"):
+    with refused("walk.csv ... 0 m/s"):
         read_tracks(path, fps=10, units="m")
 
 
@@ -230,7 +228,7 @@ def test_pixels_become_metres_by_the_scale(tmp_path: Path) -> None:
     rows = "".join(f'7 {k} 100 {k + 8} 120 {k} 0 0 0 "Pedestrian"\n' for k in range(60))
     path = written(tmp_path, rows, "annotations.txt")
 
-    with pytest.raises(InvalidInput, match="annotations.txt: positions are in pixels: give metres"):
+    with refused("annotations.txt ... pixels ... metres_per_pixel"):
         read_tracks(path, fps=30)
     recording = read_tracks(path, fps=30, metres_per_pixel=0.04)
     assert recording.positions[0].tolist() == pytest.approx([4 * 0.04, 110 * 0.04])
@@ -249,18 +247,18 @@ def test_columns_and_scale_can_be_told_beside_the_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("rows", "fps", "complaint"),
     [
-        ("0,1,0,0\n1,1,0.1,0\n1000000000000000,2,0,0\n", 10, "in 1000000000000001 steps, allowed"),
+        ("0,1,0,0\n1,1,0.1,0\n1000000000000000,2,0,0\n", 10, "1000000000000001"),
         (
             "".join(f"{100_003 * k + k % 7},{k % 2},{0.05 * k},0\n" for k in range(60)),
             1e6,
-            "60 sightings would become 11600",
+            "60 ... 11600",
         ),
     ],
 )
 def test_frames_that_would_fill_the_memory_are_refused(
     tmp_path: Path, rows: str, fps: float, complaint: str
 ) -> None:
-    with pytest.raises(InvalidInput, match=complaint):
+    with refused(complaint):
         read_tracks(written(tmp_path, "frame,id,x,y\n" + rows), fps=fps, units="m")
 
 

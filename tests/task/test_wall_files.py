@@ -11,11 +11,11 @@ import yaml
 from PIL import Image
 
 from hazbot_gym.config import make_config
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.inputs import input_files
 from hazbot_gym.task.places import load_place
 from hazbot_gym.task.scenario import Source
 from hazbot_gym.task.wall_files import read_walls
+from tests.refusals import refused
 
 SQUARE = {(0.0, 0.0, 6.0, 0.0), (6.0, 0.0, 6.0, 4.0), (0.0, 4.0, 6.0, 4.0), (0.0, 0.0, 0.0, 4.0)}
 MAP = {
@@ -82,18 +82,17 @@ def test_holes_and_several_geometries_are_walls(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("", "0 walls, allowed are 1 to"),
+        ("", "0 walls ... 1 to"),
         ("POLYGON EMPTY", "0 walls"),
-        ("POINT (1 2)", "given a Point, allowed are polygons and lines"),
-        ("LINESTRING (0 0, 6 0)\nPOLYGO ((0 0))", "line 2: is not WKT"),
-        ("LINESTRING (0 0, inf 0)", "not a finite number"),
+        ("POINT (1 2)", "Point ... polygons and lines"),
+        ("LINESTRING (0 0, 6 0)\nPOLYGO ((0 0))", "line 2 ... WKT"),
+        ("LINESTRING (0 0, inf 0)", "finite"),
         (MANY, "6000 walls"),
     ],
 )
 def test_a_bad_wkt_is_one_clear_line(tmp_path: Path, text: str, complaint: str) -> None:
-    with pytest.raises(InvalidInput, match=f"^walls: .*{complaint}") as caught:
+    with refused(f"walls ... {complaint}"):
         wkt(tmp_path, text)
-    assert "\n" not in str(caught.value)
 
 
 def test_a_block_of_a_map_stands_where_origin_and_resolution_put_it(tmp_path: Path) -> None:
@@ -117,7 +116,7 @@ def test_negate_and_threshold_are_honored(tmp_path: Path) -> None:
     assert ends(ros(tmp_path, block(254, 0), negate=1)) == corners(0.0, -1.5, 1.0, 0.5)
     gray = block(occupied=102)  # p = 0.6
     assert ends(ros(tmp_path, gray, occupied_thresh=0.59)) == corners(0.0, -1.5, 1.0, 0.5)
-    with pytest.raises(InvalidInput, match="0 walls"):
+    with refused("0 walls"):
         ros(tmp_path, gray, occupied_thresh=0.61)
 
 
@@ -145,23 +144,22 @@ def test_a_diagonal_wall_is_few_segments_near_the_cells(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "complaint"),
     [
-        ({"resolution": 0}, "resolution: given 0"),
-        ({"origin": [0, 0]}, "origin.2: given"),
-        ({"mode": "raw"}, "mode: given 'raw'"),
-        ({"occupied_thresh": float("nan")}, "occupied_thresh: given nan"),
-        ({"negate": 3}, "negate: given 3"),
+        ({"resolution": 0}, "resolution ... 0"),
+        ({"origin": [0, 0]}, "origin.2"),
+        ({"mode": "raw"}, "mode ... 'raw'"),
+        ({"occupied_thresh": float("nan")}, "occupied_thresh ... nan"),
+        ({"negate": 3}, "negate ... 3"),
     ],
 )
 def test_a_bad_map_is_one_clear_line(
     tmp_path: Path, change: dict[str, object], complaint: str
 ) -> None:
-    with pytest.raises(InvalidInput, match=f"^walls: .*{complaint}") as caught:
+    with refused(f"walls ... {complaint}"):
         ros(tmp_path, block(), **change)
-    assert "\n" not in str(caught.value)
 
 
 def test_a_map_of_speckles_is_refused_at_once(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="runs of occupied cells in its rows, allowed are"):
+    with refused("walls ... occupied cells"):
         ros(tmp_path, 254 * (np.indices((500, 1000)).sum(axis=0) % 2))
 
 
@@ -169,9 +167,8 @@ def test_a_missing_or_damaged_image_is_one_clear_line(tmp_path: Path) -> None:
     ros(tmp_path, block())
     for damage in (Path.unlink, lambda file: file.write_bytes(b"P5\n9 9\n255\n1")):
         damage(tmp_path / "map.pgm")
-        with pytest.raises(InvalidInput, match="^walls: cannot read the image") as caught:
+        with refused("walls ... image"):
             read_walls(tmp_path / "map.yaml")
-        assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("walls", ["floor.wkt", "map.yaml"])
@@ -190,8 +187,8 @@ def test_a_place_file_names_its_walls_beside_it(tmp_path: Path, walls: str) -> N
 @pytest.mark.parametrize(
     ("walls", "complaint"),
     [
-        ("nowhere.wkt", "walls: cannot read .*nowhere.wkt"),
-        ("floor.dxf", "walls: given 'floor.dxf', allowed are a list of walls, a .wkt file or"),
+        ("nowhere.wkt", "walls ... nowhere.wkt"),
+        ("floor.dxf", "walls ... 'floor.dxf' ... .wkt"),
     ],
 )
 def test_walls_that_cannot_be_read_are_one_clear_line(
@@ -199,13 +196,13 @@ def test_walls_that_cannot_be_read_are_one_clear_line(
 ) -> None:
     lab = tmp_path / "lab.yaml"
     lab.write_text(f"name: lab\nwalls: {walls}\npath: {{points: [[0, 0], [8, 0]]}}\n")
-    with pytest.raises(InvalidInput, match=complaint):
+    with refused(complaint):
         load_place(str(lab))
 
 
 def test_a_file_of_walls_alone_is_no_place(tmp_path: Path) -> None:
     ros(tmp_path, block())
-    with pytest.raises(InvalidInput, match="a map of map_server, which has no path"):
+    with refused("map.yaml ... path"):
         load_place(str(tmp_path / "map.yaml"))
-    with pytest.raises(InvalidInput, match=".yaml file; its path and walls are said in one"):
+    with refused("floor.wkt ... .yaml"):
         load_place("floor.wkt")

@@ -12,8 +12,8 @@ from hazbot_gym.utils import processors
 @pytest.fixture(autouse=True)
 def no_groups(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Give a machine of eight processors, all allowed, without control groups."""
-    monkeypatch.setattr(processors, "_MEMBERSHIP", tmp_path / "membership")
-    monkeypatch.setattr(processors, "_MOUNT", tmp_path / "mount")
+    monkeypatch.setattr(processors, "MEMBERSHIP", tmp_path / "membership")
+    monkeypatch.setattr(processors, "MOUNT", tmp_path / "mount")
     monkeypatch.setattr(os, "cpu_count", lambda: 8)
     allow(monkeypatch, 8)
 

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.utils.yaml_loader import MAX_BYTES, parse_yaml, read_yaml
+from tests.refusals import refused
 
 
 @pytest.mark.parametrize(
@@ -71,42 +72,38 @@ LAUGHS = "\n".join(
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("a: 1\nb: 2\na: 3", "line 3: key 'a' is given twice, first in line 1"),
-        ("a: {b: [{c: 1,\n c: 2}]}", "line 2: key 'c' is given twice, first in line 1"),
-        ("a: 1\n'a': 2", "line 2: key 'a' is given twice, first in line 1"),
-        ("a: 1\n1: 2", "line 2: key 1: allowed are strings, quoted if need be"),
-        ("true: 2", "line 1: key true: allowed are strings"),
-        ("{[1]: 2}", "line 1: key collection: allowed are strings"),
-        ("!!int ''", "line 1: '' is not a value of !!int"),
-        ("!!bool yes", "line 1: 'yes' is not a value of !!bool"),
-        ("a: 1\nb: !!python/name:os.system", "line 2: tag '!!python/name:os.system' is not"),
-        ("!mine 3", "line 1: tag '!mine' is not allowed"),
-        ("!!map 3", "line 1: tag '!!map' is not allowed"),
-        ("!!set {a}", "line 1: tag '!!set' is not allowed"),
-        ("9" * 5000, "is too large a number"),
-        ("1e999", "'1e999' is too large a number"),
-        ("[" * 5000, "nested deeper than 50"),
-        ("{a: " * 5000, "nested deeper than 50"),
-        ("- " * 5000, "nested deeper than 50"),
-        ("&a [*a]", "aliases unfold to too much"),
-        (LAUGHS, "aliases unfold to too much"),
-        ("a: 1\n\tb: 2", "line 2: is not YAML"),
-        ("a: 1\nb: \0", "line 2: the character '\\x00' is not allowed"),
-        ('"\\U00110000"', "line 1: is not YAML"),
-        ('"\\UFFFFFFFF"', "line 1: is not YAML"),
-        ('"\\ud800"', "line 1: '\\ud800' is not a value of !!str"),
-        ("%YAML 1." + "9" * 5000 + "\n--- 1", "is not YAML"),
-        ("--- 1\n--- 2", "line 2: is not YAML"),
-        ("*a", "line 1: is not YAML (found undefined alias 'a')"),
+        ("a: 1\nb: 2\na: 3", "line 3 ... key 'a' ... line 1"),
+        ("a: {b: [{c: 1,\n c: 2}]}", "line 2 ... key 'c' ... line 1"),
+        ("a: 1\n'a': 2", "line 2 ... key 'a' ... line 1"),
+        ("a: 1\n1: 2", "line 2 ... key 1 ... strings"),
+        ("true: 2", "line 1 ... key true ... strings"),
+        ("{[1]: 2}", "line 1 ... key collection ... strings"),
+        ("!!int ''", "line 1 ... '' ... !!int"),
+        ("!!bool yes", "line 1 ... 'yes' ... !!bool"),
+        ("a: 1\nb: !!python/name:os.system", "line 2 ... '!!python/name:os.system'"),
+        ("!mine 3", "line 1 ... '!mine'"),
+        ("!!map 3", "line 1 ... '!!map'"),
+        ("!!set {a}", "line 1 ... '!!set'"),
+        ("9" * 5000, "too large"),
+        ("1e999", "'1e999' ... too large"),
+        ("[" * 5000, "50"),
+        ("{a: " * 5000, "50"),
+        ("- " * 5000, "50"),
+        ("&a [*a]", "aliases"),
+        (LAUGHS, "aliases"),
+        ("a: 1\n\tb: 2", "line 2 ... YAML"),
+        ("a: 1\nb: \0", "line 2 ... '\\x00'"),
+        ('"\\U00110000"', "line 1 ... YAML"),
+        ('"\\UFFFFFFFF"', "line 1 ... YAML"),
+        ('"\\ud800"', "line 1 ... '\\ud800' ... !!str"),
+        ("%YAML 1." + "9" * 5000 + "\n--- 1", "YAML"),
+        ("--- 1\n--- 2", "line 2 ... YAML"),
+        ("*a", "line 1 ... YAML ... alias 'a'"),
     ],
 )
 def test_what_is_not_allowed_is_one_line_with_its_line_number(text: str, complaint: str) -> None:
-    with pytest.raises(InvalidInput) as caught:
+    with refused(f"a text ... line ... {complaint.removeprefix('line ')}"):
         parse_yaml(text, "a text")
-
-    assert str(caught.value).startswith("a text, line ")
-    assert complaint in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 @given(st.text(alphabet="ab01.-+e:_ \n\t'\"[]{},&*!|>%#?~<=@`\\xuU\0\ud800\ufeffé", max_size=30))
@@ -147,10 +144,10 @@ def test_empty_file_is_an_empty_mapping(tmp_path: Path, content: bytes) -> None:
 @pytest.mark.parametrize(
     ("content", "complaint"),
     [
-        (b"- 1", "holds list, a mapping is needed"),
-        (b"false", "holds bool, a mapping is needed"),
-        (b"a: 1\nb: \xff", "line 2: is not YAML (no UTF-8)"),
-        (b"a" * (MAX_BYTES + 1), "is larger than 1 MiB"),
+        (b"- 1", "list ... mapping"),
+        (b"false", "bool ... mapping"),
+        (b"a: 1\nb: \xff", "line 2 ... YAML ... UTF-8"),
+        (b"a" * (MAX_BYTES + 1), "1 MiB"),
     ],
 )
 def test_file_that_is_no_mapping_is_refused_by_its_name(
@@ -159,13 +156,10 @@ def test_file_that_is_no_mapping_is_refused_by_its_name(
     path = tmp_path / "a.yaml"
     path.write_bytes(content)
 
-    with pytest.raises(InvalidInput) as caught:
+    with refused(f"place ... {path} ... {complaint}"):
         read_yaml(path, "place")
-
-    assert str(caught.value).startswith(f"place: {path}")
-    assert complaint in str(caught.value)
 
 
 def test_file_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match=r"config: cannot read .* \(Is a directory\)"):
+    with refused("config ... Is a directory"):
         read_yaml(tmp_path)

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.track_formats.clock import frames_of, rate_of
+from tests.refusals import refused
 
 
 @pytest.mark.parametrize("fps", [2.5, 10.0, 16.0, 25.0, 29.97, 30.0, 60.0, 120.0, 7.3])
@@ -37,17 +37,17 @@ def test_known_rate_is_used() -> None:
 @pytest.mark.parametrize(
     ("times_s", "fps", "complaint"),
     [
-        ([0.0, 0.1, 0.2, 0.3, 0.4, 0.55, 0.65], None, "time stamps are not multiples of one step"),
-        ([0.0, 0.01, 0.04, 0.1, 0.17, 0.3, 0.47], 10.0, "with 0.1 s one is 40% of a step off"),
-        ([0.0, 0.1, 0.2], 7.0, "time stamps are not multiples of one step"),
-        ([0.0, 1e-9, 2e-9, 50.0], None, "time stamps are 1e-09 s apart and span 50 s"),
-        ([0.0, 0.0, 0.0], None, "nobody is seen at more than one time"),
+        ([0.0, 0.1, 0.2, 0.3, 0.4, 0.55, 0.65], None, "multiples"),
+        ([0.0, 0.01, 0.04, 0.1, 0.17, 0.3, 0.47], 10.0, "0.1 s ... 40%"),
+        ([0.0, 0.1, 0.2], 7.0, "multiples"),
+        ([0.0, 1e-9, 2e-9, 50.0], None, "1e-09 s ... 50 s"),
+        ([0.0, 0.0, 0.0], None, "one time"),
     ],
 )
 def test_stamps_without_a_common_step_are_refused(
     times_s: list[float], fps: float | None, complaint: str
 ) -> None:
-    with pytest.raises(InvalidInput, match=complaint):
+    with refused(complaint):
         frames_of("a", np.ones(len(times_s)), np.array(times_s), fps)
 
 

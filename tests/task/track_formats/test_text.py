@@ -7,6 +7,7 @@ import pytest
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.track_formats import Given, Table, UnknownFormat, read_table
+from tests.refusals import refused
 
 BOXES = "0 100 200 140 260 {} {} 0 0 {}\n"
 
@@ -59,67 +60,60 @@ def test_every_layout_and_name_is_recognized(tmp_path: Path, text: str | bytes) 
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("", "walk.txt: is empty"),
-        ("# only a comment\n\n", "walk.txt: is empty"),
-        ("frame,id,x,y\n", "walk.txt: is empty"),
-        ("frame,id,x,y\n0,1,2,3\n1,1,2\n", "line 3: 3 columns instead of 4"),
-        ("frame,id,x,y\n0,1,2,3\n1,1,2,3,4\n", "line 3: 5 columns instead of 4"),
-        ("frame,id,x,y,z\n0,1,2,3\n", "line 2: 4 columns instead of 5"),
-        ("# note\n\n1 0 1 2\n1 1 1 a\n", "line 4: 'a' is not a number"),
-        ("frame,id,x,y\n0,1,,3\n", "line 2: '' is not a number"),
-        ("frame,id,x,y\n0,1,2,3\n # b\n\n,,,\n1,1,True,3\n", "line 6: 'True' is not a number"),
-        ("frame;id;x;y\n0;1;2,5;3\n1;1;2.5;3\n", "line 2: '2,5' is not a number"),
-        ("frame,id,x,y\n0,p1,2,3\n1,7,2,3\n", "line 2: 'p1' is not a number"),
-        ("1 0 1 2\n1 1 nan 2\n", "line 2: a cell is not a finite number"),
-        ("frame,id,x,y\n0,1,2,3\n1,1,inf,3\n", "line 3: a cell is not a finite number"),
-        ("frame,id,x,y\n0,1,2,3\n0.5,1,2,3\n", "line 3: id and frame must be whole numbers"),
-        ("0.1 1 1 2\n0.2 1 1 2\n", "line 1: without names the first two columns are id and frame"),
-        ("1 0 1 2\n1 1 1 2\n1 0 1 2\n", "line 3: this person was already seen in this frame"),
-        ("frame,id,x,y\n0,1,2,3\n1e300,1,2,3\n", "line 3: id and frame must be at most 90071"),
-        ("frame,id,x,y\n0,1,2,3\n1,1,1e300,3\n", "line 3: a position beyond 1e9"),
-        ("time,id,x,y\n0,1,2,3\n6e10,1,1,3\n", "line 3: time stamps span over 1e+09 s; name their"),
-        ("time,id,x,y\n0,1,2,3\ninf,1,1,3\n", "line 3: time stamps span over 1e+09 s"),
-        ("time,id,x,y\n2020-01-01,1,2,3\n2020-13-01,1,2,3\n", "line 3: '2020-13-01' is not a nu"),
-        ("frame,id,track_id,x,y\n0,1,2,3,4\n", "two columns could be id: 'id' and 'track_id'"),
-        ("frame,id,x [m],y [cm]\n0,1,2,3\n", "x and y have no unit of length in common: cm, m"),
-        ("# framerate: 25\n# 16 fps\n1 0 1 2\n1 1 1 2\n", "different frame rates: 16 and 25"),
+        ("", "walk.txt ... empty"),
+        ("# only a comment\n\n", "walk.txt ... empty"),
+        ("frame,id,x,y\n", "walk.txt ... empty"),
+        ("frame,id,x,y\n0,1,2,3\n1,1,2\n", "line 3 ... 3 columns ... 4"),
+        ("frame,id,x,y\n0,1,2,3\n1,1,2,3,4\n", "line 3 ... 5 columns ... 4"),
+        ("frame,id,x,y,z\n0,1,2,3\n", "line 2 ... 4 columns ... 5"),
+        ("# note\n\n1 0 1 2\n1 1 1 a\n", "line 4 ... 'a' ... number"),
+        ("frame,id,x,y\n0,1,,3\n", "line 2 ... '' ... number"),
+        ("frame,id,x,y\n0,1,2,3\n # b\n\n,,,\n1,1,True,3\n", "line 6 ... 'True' ... number"),
+        ("frame;id;x;y\n0;1;2,5;3\n1;1;2.5;3\n", "line 2 ... '2,5' ... number"),
+        ("frame,id,x,y\n0,p1,2,3\n1,7,2,3\n", "line 2 ... 'p1' ... number"),
+        ("1 0 1 2\n1 1 nan 2\n", "line 2 ... finite"),
+        ("frame,id,x,y\n0,1,2,3\n1,1,inf,3\n", "line 3 ... finite"),
+        ("frame,id,x,y\n0,1,2,3\n0.5,1,2,3\n", "line 3 ... id and frame"),
+        ("0.1 1 1 2\n0.2 1 1 2\n", "line 1 ... id and frame"),
+        ("1 0 1 2\n1 1 1 2\n1 0 1 2\n", "line 3 ... already"),
+        ("frame,id,x,y\n0,1,2,3\n1e300,1,2,3\n", "line 3 ... id and frame ... 90071"),
+        ("frame,id,x,y\n0,1,2,3\n1,1,1e300,3\n", "line 3 ... position ... 1e9"),
+        ("time,id,x,y\n0,1,2,3\n6e10,1,1,3\n", "line 3 ... 1e+09 s"),
+        ("time,id,x,y\n0,1,2,3\ninf,1,1,3\n", "line 3 ... 1e+09 s"),
+        ("time,id,x,y\n2020-01-01,1,2,3\n2020-13-01,1,2,3\n", "line 3 ... '2020-13-01'"),
+        ("frame,id,track_id,x,y\n0,1,2,3,4\n", "id ... 'id' and 'track_id'"),
+        ("frame,id,x [m],y [cm]\n0,1,2,3\n", "x and y ... cm, m"),
+        ("# framerate: 25\n# 16 fps\n1 0 1 2\n1 1 1 2\n", "16 and 25"),
     ],
 )
 def test_every_fault_is_one_line_that_says_where(tmp_path: Path, text: str, complaint: str) -> None:
-    with pytest.raises(InvalidInput) as caught:
+    with refused(complaint):
         read(tmp_path, text)
-
-    assert complaint in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("1 2\n3 4\n", "2 columns without names"),
-        ("1 0 1 2 3 4 bad\n", "7 columns without names"),  # said before the cell
-        ("1,1,10,20,30,40,1,-1,-1,-1\n", "10 columns without names"),  # boxes of MOT
-        ("time,who,x,y\n0,1,2,3\n", "4 columns named 'time,who,x,y'"),
-        ("sample,human,x_m,y_m\n1,2,oops,3\n", "4 columns named 'sample,human,x_m,y_m'"),
-        ("1," * 70_000, "line 1 has 140000 bytes"),
+        ("1 2\n3 4\n", "2 columns"),
+        ("1 0 1 2 3 4 bad\n", "7 columns"),  # said before the cell
+        ("1,1,10,20,30,40,1,-1,-1,-1\n", "10 columns"),  # boxes of MOT
+        ("time,who,x,y\n0,1,2,3\n", "'time,who,x,y'"),
+        ("sample,human,x_m,y_m\n1,2,oops,3\n", "'sample,human,x_m,y_m'"),
+        ("1," * 70_000, "line 1 ... 140000 bytes"),
         ("1 " * 2000, "2000 columns"),
     ],
 )
 def test_unknown_format_is_said_with_the_list_of_those_read(
     tmp_path: Path, text: str, complaint: str
 ) -> None:
-    with pytest.raises(UnknownFormat) as caught:
+    with refused(f"walk.txt ... unknown format ... {complaint} ... TrajNet++", error=UnknownFormat):
         read(tmp_path, text)
-
-    assert f"walk.txt: unknown format: {complaint}" in str(caught.value)
-    assert "TrajNet++" in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 def test_missing_and_binary_files_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match=r"none\.csv: cannot be read \(No such file"):
+    with refused("none.csv ... No such file"):
         read_table(tmp_path / "none.csv")
-    with pytest.raises(InvalidInput, match=r"walk\.txt: is not a text file"):
+    with refused("walk.txt ... text"):
         read(tmp_path, b"\xff\xfe\x00\x81")
 
 
@@ -203,16 +197,16 @@ def test_given_columns_go_before_names_and_skip_others(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("columns", "complaint"),
     [
-        ("frame id x", "columns: given 'frame id x', needed are id, frame or time, x and y"),
-        ("frame id x y", "columns: given 4 names for 5 columns"),
-        ("frame id x x y", "two columns could be x: 'x' and 'x'"),
-        ("", "columns: given '', needed are"),
+        ("frame id x", "columns ... 'frame id x' ... id, frame or time, x and y"),
+        ("frame id x y", "columns ... 4 ... 5"),
+        ("frame id x x y", "x ... 'x' and 'x'"),
+        ("", "columns ... ''"),
     ],
 )
 def test_given_columns_that_do_not_fit_are_refused(
     tmp_path: Path, columns: str, complaint: str
 ) -> None:
-    with pytest.raises(InvalidInput, match=complaint):
+    with refused(complaint):
         read(tmp_path, "7,0,3,1,2\n7,1,3,1.5,2\n", columns=tuple(columns.split()))
 
 
@@ -225,7 +219,7 @@ def test_drone_annotations_are_middles_of_pedestrians_in_pixels(tmp_path: Path) 
     assert table.positions.tolist() == [[120.0, 230.0]] * 2
     assert (table.form, table.unit) == ("Stanford Drone annotations", "px")
     assert table.notes == ("1 lost positions are left out", "only pedestrians are read, not: biker")
-    with pytest.raises(InvalidInput, match="there is no pedestrian in it"):
+    with refused("pedestrian"):
         read(tmp_path, others[1])
 
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.track_files import read_tracks
 from hazbot_gym.task.track_formats import Given, UnknownFormat, read_table
+from tests.refusals import refused
 
 SCENE = '{"scene": {"id": 0, "p": 1, "s": 0, "e": 120, "fps": 2.5, "tag": 2}}\n'
 
@@ -46,34 +46,31 @@ def test_predictions_are_left_out(tmp_path: Path) -> None:
     ("text", "complaint"),
     [
         (SCENE, "is empty"),
-        (SCENE + track(0) + "{nonsense\n", "line 3: is not JSON"),
-        (SCENE + "[" * 100_000, "line 2: is not JSON"),
-        (SCENE + track(0) + track(0), "line 3: this person was already seen in this frame"),
-        (SCENE + '{"track": {"f": 0, "p": 1, "x": "a", "y": 0}}', "line 2: x must be a number, gi"),
-        (SCENE + '{"track": {"f": 0, "p": 1, "x": 0}}', "line 2: y must be a number, given None"),
-        (SCENE + '{"track": {"f": true, "p": 1, "x": 0, "y": 0}}', "line 2: f must be a number"),
-        (SCENE + f'{{"track": {{"f": 1{"0" * 400}, "p": 1, "x": 0, "y": 0}}}}', "is too large"),
-        (SCENE + track(0, x=float("nan")), "line 2: a cell is not a finite number"),
-        (SCENE + SCENE.replace("2.5", "25") + track(0), "fps of the scenes must be one"),
-        (SCENE.replace("2.5", "true") + track(0), "fps of the scenes must be one number"),
-        (SCENE.replace("2.5", '"a"') + track(0), "fps of the scenes must be one number"),
-        (SCENE.replace("2.5", "[1]") + track(0), "fps of the scenes must be one number"),
+        (SCENE + track(0) + "{nonsense\n", "line 3 ... JSON"),
+        (SCENE + "[" * 100_000, "line 2 ... JSON"),
+        (SCENE + track(0) + track(0), "line 3 ... already"),
+        (SCENE + '{"track": {"f": 0, "p": 1, "x": "a", "y": 0}}', "line 2 ... x"),
+        (SCENE + '{"track": {"f": 0, "p": 1, "x": 0}}', "line 2 ... y ... None"),
+        (SCENE + '{"track": {"f": true, "p": 1, "x": 0, "y": 0}}', "line 2 ... f"),
+        (SCENE + f'{{"track": {{"f": 1{"0" * 400}, "p": 1, "x": 0, "y": 0}}}}', "large"),
+        (SCENE + track(0, x=float("nan")), "line 2 ... finite"),
+        (SCENE + SCENE.replace("2.5", "25") + track(0), "fps"),
+        (SCENE.replace("2.5", "true") + track(0), "fps"),
+        (SCENE.replace("2.5", '"a"') + track(0), "fps"),
+        (SCENE.replace("2.5", "[1]") + track(0), "fps"),
     ],
 )
 def test_every_fault_is_one_line(tmp_path: Path, text: str, complaint: str) -> None:
-    with pytest.raises(InvalidInput) as caught:
+    with refused(complaint):
         read_table(written(tmp_path, text))
-
-    assert complaint in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 def test_other_lines_are_another_format(tmp_path: Path) -> None:
     for other in ('{"id": 1, "x": 2}\n', '{"track": 3}\n'):
-        with pytest.raises(UnknownFormat, match="line 1 is neither a scene nor a track"):
+        with refused("line 1", error=UnknownFormat):
             read_table(written(tmp_path, other))
 
 
 def test_columns_have_names_already(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="columns are given, but its format names them"):
+    with refused("columns"):
         read_table(written(tmp_path, SCENE + track(0)), Given(columns=("id",)))
