@@ -9,7 +9,9 @@ from table_text import markdown_table as table
 from hazbot_gym.bench import report as bench
 from hazbot_gym.bench import training_report as training
 from hazbot_gym.bench.cases import CORRIDOR, batched
+from hazbot_gym.calibration import discomfort_report
 from hazbot_gym.calibration import report as calibration
+from hazbot_gym.core.proxemics import INTIMATE_M, PERSONAL_M
 from hazbot_gym.evaluation.oracle import headroom_report as headroom
 from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.text_tables import Rows, shown
@@ -81,6 +83,30 @@ def people(template: str, record: Record, *, name: str) -> str:
         speeds=table(calibration.SPEEDS, calibration.speed_rows(record)),
         distances=table(calibration.DISTANCES, calibration.distance_rows(record)),
         percentiles=table(calibration.PERCENTILES, calibration.percentile_rows(record)),
+    )
+
+
+def discomfort(template: str, record: Record, *, name: str) -> str:
+    """Return the page on rated discomfort; arguments as for ``performance``."""
+    at = {row["clearance_m"]: row for row in record["bounds"]}
+    near, far = at[INTIMATE_M], at[PERSONAL_M]
+    parts = (
+        ("constants", discomfort_report.CURVE, discomfort_report.curve_rows),
+        ("errors", discomfort_report.ERRORS, discomfort_report.error_rows),
+        ("bounds", discomfort_report.BOUNDS, discomfort_report.bound_rows),
+        ("bins", discomfort_report.BINS, discomfort_report.bin_rows),
+    )
+    return Template(template).substitute(
+        {part: table(titles, rows(record)) for part, titles, rows in parts},
+        record=name,
+        ratings=f"{record['ratings']:,}",
+        raters=record["raters"],
+        draws=record["draws"],
+        others=shown(record["others"]),
+        near_front=shown(near["front"]["value"]),
+        near_behind=shown(near["behind"]["value"]),
+        far_front=shown(far["front"]["value"]),
+        far_behind=shown(far["behind"]["value"]),
     )
 
 

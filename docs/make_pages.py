@@ -49,6 +49,7 @@ PAGES = (
     Page("performance", benchmark_pages.performance, RECORDS / "bench.json"),
     Page("headroom", benchmark_pages.headroom_by_environment, RECORDS / "headroom.json"),
     Page("people", benchmark_pages.people, CALIBRATION),
+    Page("discomfort", benchmark_pages.discomfort, RECORDS / "discomfort.json"),
     Page("training", benchmark_pages.training_speed, RECORDS / "training.json"),
     Page("study", study_report.page, STUDY),
     Page("study_tables", study_report.page, STUDY),

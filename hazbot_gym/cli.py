@@ -16,13 +16,16 @@ import signal
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
 from hazbot_gym import __version__
 from hazbot_gym.errors import HazbotError, InvalidInput
 from hazbot_gym.utils import interrupts, terminal
+
+if TYPE_CHECKING:
+    from rich.console import Group
 
 # System errors of folders and disks given by the user.
 _UNUSABLE = frozenset(
@@ -365,22 +368,43 @@ def tracks(
 
 @app.command()
 def calibrate(
-    tracks: Annotated[Path, typer.Option(help="Folder of real tracks.")],
+    tracks: Annotated[Path | None, typer.Option(help="Folder of real tracks.")] = None,
+    ratings: Annotated[
+        Path | None, typer.Option(help="Folder of ratings of a robot's nearness.")
+    ] = None,
     fit: Annotated[
         list[str] | None, typer.Option(help="Run to fit on; the others are held out. Repeatable.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Seed of the search.", min=0)] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of the search or the bootstrap.", min=0)] = 0,
     as_shipped: Annotated[
         bool, typer.Option("--as-shipped", help="Evaluate the defaults without fitting.")
     ] = False,
     json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,
 ) -> None:
-    """Calibrate the social force model on recorded people, and compare them."""
+    """Fit the model of people to recorded tracks, or the discomfort of nearness to ratings."""
+    if (tracks is None) == (ratings is None):
+        given = "neither" if tracks is None else "both"
+        raise InvalidInput(f"calibrate: given {given}, allowed is one of --tracks and --ratings")
+    if ratings is not None and (fit or as_shipped):
+        name = "--fit" if fit else "--as-shipped"
+        raise InvalidInput(f"calibrate: given {name} with --ratings, allowed with --tracks only")
+    _check_file(json_file)
+    if tracks is not None:
+        record, tables = _people_fitted(tracks, fit, seed, as_shipped=as_shipped)
+    else:
+        record, tables = _discomfort_fitted(cast(Path, ratings), seed)
+    _write_json(json_file, record)
+    terminal.output_console().print(tables)
+
+
+def _people_fitted(
+    tracks: Path, fit: list[str] | None, seed: int, *, as_shipped: bool
+) -> tuple[dict[str, object], Group]:
+    """Return the record and the tables of ``calibrate --tracks``."""
     from hazbot_gym.calibration import fit as calibration
     from hazbot_gym.calibration import report as calibration_report
     from hazbot_gym.core.social_force import SocialForce
 
-    _check_file(json_file)
     runs = calibration.load_runs(tracks)
     fitted, held_out = calibration.split(runs, tuple(fit or calibration.FITTED_ON))
     force = SocialForce()
@@ -390,8 +414,19 @@ def calibrate(
             task = progress.add_task("generations", total=total)
             force = calibration.fit(fitted, seed=seed, on_progress=lambda: progress.advance(task))
     record = calibration.report(fitted, held_out, force)
-    _write_json(json_file, record)
-    terminal.output_console().print(calibration_report.tables(record))
+    return record, calibration_report.tables(record)
+
+
+def _discomfort_fitted(folder: Path, seed: int) -> tuple[dict[str, object], Group]:
+    """Return the record and the tables of ``calibrate --ratings``."""
+    from hazbot_gym.calibration import discomfort, discomfort_report
+    from hazbot_gym.calibration.ratings import load_ratings
+
+    ratings = load_ratings(folder)
+    with terminal.progress_bar(terminal.progress_console()) as progress:
+        task = progress.add_task("bootstrap", total=discomfort.DRAWS)
+        record = discomfort.report(ratings, seed=seed, on_progress=lambda: progress.advance(task))
+    return record, discomfort_report.tables(record)
 
 
 @app.command()

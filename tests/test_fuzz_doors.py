@@ -352,6 +352,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "report": (),
     "tracks": (),
     "calibrate --tracks": ("--fit", "--seed", "--json"),
+    "calibrate --ratings": ("--fit", "--seed", "--json"),
     "headroom --env nowhere --json": ("--episodes",),
     "tune --trials 1 --out no/such/x.json --policy": ("--seed",),
     "bench --training": ("--json",),

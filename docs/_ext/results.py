@@ -52,6 +52,7 @@ SHOWN = {
     "ssm, tuned": SCRATCH,
     "residual ppo on ssm": CORRECTED,
 }
+WHERE = {"front": "in front of the person", "side": "at the side", "behind": "behind"}
 WORLDS = re.compile(r"batched, (\d+) worlds, (\d+) people$")
 
 
@@ -139,10 +140,34 @@ def rates(bench: dict[str, Any], shade: int) -> Figure:
     return figure
 
 
+def discomfort(record: dict[str, Any], shade: int) -> Figure:
+    """Draw rated discomfort by distance and direction, with the fitted curves."""
+    figure, axes = _axes("distance between centers of robot and nearest person, m", "discomfort")
+    x = [row["distance_m"] for row in record["grid"]]
+    bins = [row for row in record["bins"] if row["low_m"] is not None]
+    floor = record["curve"]["floor"]
+    for hue, direction in zip(HUES, WHERE, strict=False):
+        color = HUES[hue][shade]
+        values, low, high = (
+            [floor + (1.0 - floor) * each for each in line]
+            for line in zip(
+                *((row[direction]["value"], *row[direction]["interval"]) for row in record["grid"]),
+                strict=True,
+            )
+        )
+        axes.plot(x, values, color=color, label=f"robot {WHERE[direction]}")
+        axes.fill_between(x, low, high, color=color, alpha=0.15, lw=0)
+        middle = [(row["low_m"] + row["high_m"]) / 2 for row in bins]
+        axes.plot(middle, [row[direction] for row in bins], MARKS[hue], color=color, markersize=5)
+    axes.legend(frameon=False)
+    return figure
+
+
 FIGURES = {
-    "trade-off": (trade_off, "tracks"),
-    "elsewhere": (elsewhere, "tracks"),
-    "rates": (rates, ""),
+    "trade-off": (trade_off, "study", "tracks"),
+    "elsewhere": (elsewhere, "study", "tracks"),
+    "rates": (rates, "bench", ""),
+    "discomfort": (discomfort, "discomfort", ""),
 }
 
 
@@ -152,13 +177,13 @@ def write(app: Sphinx) -> None:
         return
     folder = Path(app.outdir) / FOLDER
     folder.mkdir(parents=True, exist_ok=True)
-    study, bench = (read_json(RECORDS / f"{name}.json") for name in ("study", "bench"))
     for shade, (name, ink) in enumerate(INKS.items()):
         inked = ("axes.label", "axes.edge", "xtick.", "ytick.", "text.")
         style: dict[Any, Any] = {f"{what}color": ink for what in inked}
         with mpl.rc_context({**style, "svg.hashsalt": "0", "font.size": 10}):
-            for figure, (draw, part) in FIGURES.items():
-                drawn = draw(study[part] if part else bench, shade)
+            for figure, (draw, source, part) in FIGURES.items():
+                record = read_json(RECORDS / f"{source}.json")
+                drawn = draw(record[part] if part else record, shade)
                 drawn.savefig(
                     folder / f"{figure}-{name}.svg", transparent=True, metadata={"Date": None}
                 )
