@@ -56,13 +56,16 @@ TRAINING = tuple(
         "asymmetric_critic",
         "callbacks",
         "checkpoints",
+        "combined_envs",
         "dagger",
+        "episode_monitor",
         "feature_mask",
         "imitation",
         "logging",
         "ppo_lagrangian",
         "residual_envs",
         "run",
+        "shaping",
         "vec_envs",
     )
 )

@@ -18,6 +18,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.noise import NormalActionNoise
 from stable_baselines3.common.policies import BasePolicy
 from stable_baselines3.common.utils import LinearSchedule
+from stable_baselines3.common.vec_env import VecEnv
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import NO_CODE, Permissions
@@ -29,7 +30,6 @@ from hazbot_gym.training.feature_mask import FeatureMask
 from hazbot_gym.training.imitation import teacher_of
 from hazbot_gym.training.options import MOST, check_options
 from hazbot_gym.training.ppo_lagrangian import PPOLagrangian
-from hazbot_gym.training.vec_envs import TrainingEnvs
 from hazbot_gym.utils.json_object import JsonObject
 
 ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
@@ -45,9 +45,7 @@ ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
 ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
 
 
-def make_model(
-    config: TrainConfig, envs: TrainingEnvs, allowed: Permissions = NO_CODE
-) -> BaseAlgorithm:
+def make_model(config: TrainConfig, envs: VecEnv, allowed: Permissions = NO_CODE) -> BaseAlgorithm:
     """Make a new model of a run; ``allowed`` holds the permissions of its teacher.
 
     Raises:
@@ -110,7 +108,7 @@ def _policy_of(config: TrainConfig) -> str | type[BasePolicy]:
     return "MlpLstmPolicy" if config.algorithm == "recurrent_ppo" else "MlpPolicy"
 
 
-def _options(config: TrainConfig, envs: TrainingEnvs, allowed: Permissions) -> JsonObject:
+def _options(config: TrainConfig, envs: VecEnv, allowed: Permissions) -> JsonObject:
     """Return a file's options in the algorithm's format, with extra arguments of our own ones."""
     options = dict(config.options)
     if "action_noise" in options:  # its standard deviation; SB3 expects one value per action
@@ -122,6 +120,7 @@ def _options(config: TrainConfig, envs: TrainingEnvs, allowed: Permissions) -> J
         options["imitation"] = config.imitation
     if config.lagrangian:
         options["lagrangian"] = config.lagrangian
+        options["reward_scale"] = config.reward_scale
     return options
 
 

@@ -10,13 +10,52 @@ from __future__ import annotations
 
 from typing import cast
 
+import gymnasium
 import numpy as np
 import numpy.typing as npt
 import torch
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.torch_layers import MlpExtractor
+from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
 from hazbot_gym.policies.guard import Observations
+from hazbot_gym.training.combined_envs import CombinedEnvs, aligned
+
+
+class TimeLeft(VecEnvWrapper):
+    """Environment wrapper: observations end with the share of the horizon that is left."""
+
+    def __init__(self, envs: VecEnv) -> None:
+        """Wrap environments above a ``CombinedEnvs``."""
+        space = envs.observation_space
+        assert isinstance(space, gymnasium.spaces.Box)
+        low, high = np.append(space.low, np.float32(0.0)), np.append(space.high, np.float32(1.0))
+        super().__init__(envs, gymnasium.spaces.Box(low, high))
+        combined = cast(CombinedEnvs, envs.unwrapped)
+        self._horizon = combined.of_each_world(lambda config: config.max_episode_steps)
+        self._steps = np.zeros(self.num_envs)
+
+    def reset(self) -> VecEnvObs:
+        """Start new episodes everywhere."""
+        self._steps[:] = 0.0
+        return self._with_time(cast(Observations, self.venv.reset()))
+
+    def step_wait(self) -> VecEnvStepReturn:
+        """Take one decision in every world."""
+        observations, rewards, dones, infos = self.venv.step_wait()
+        self._steps = np.where(dones, 0.0, self._steps + 1.0)
+        for i in np.flatnonzero(dones):
+            last = infos[i]["terminal_observation"]
+            infos[i]["terminal_observation"] = np.append(last, np.float32(0.0))
+        return self._with_time(cast(Observations, observations)), rewards, dones, infos
+
+    def _with_time(self, observations: Observations) -> Observations:
+        width = observations.shape[1]
+        timed = aligned(self.num_envs, width + 1)
+        timed[:, :width] = observations
+        timed[:, width] = 1.0 - self._steps / self._horizon
+        return timed
 
 
 class TimedCriticPolicy(ActorCriticPolicy):

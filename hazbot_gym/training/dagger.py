@@ -22,6 +22,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
 from stable_baselines3.common.type_aliases import MaybeCallback
+from stable_baselines3.common.vec_env import VecEnv
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation import rollout
@@ -29,7 +30,6 @@ from hazbot_gym.policies.base import Policy
 from hazbot_gym.policies.guard import Observations
 from hazbot_gym.training.config import Imitation
 from hazbot_gym.training.imitation import Demonstrations, learn, miss
-from hazbot_gym.training.vec_envs import TrainingEnvs
 
 
 class DAgger(BaseAlgorithm):
@@ -42,7 +42,7 @@ class DAgger(BaseAlgorithm):
     def __init__(
         self,
         policy: str | type[ActorCriticPolicy],
-        env: TrainingEnvs,
+        env: VecEnv,
         *,
         teacher: Policy,
         imitation: Imitation,
@@ -146,7 +146,5 @@ class DAgger(BaseAlgorithm):
 class BC(DAgger):
     """Behaviour cloning: the teacher drives in every round."""
 
-    def __init__(
-        self, policy: str | type[ActorCriticPolicy], env: TrainingEnvs, **options: Any
-    ) -> None:
+    def __init__(self, policy: str | type[ActorCriticPolicy], env: VecEnv, **options: Any) -> None:
         super().__init__(policy, env, beta=1.0, **options)

@@ -13,13 +13,15 @@ import numpy as np
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.policies import ActorCriticPolicy
+from stable_baselines3.common.vec_env import VecEnv
 
 from hazbot_gym.core.state import Floats
 from hazbot_gym.evaluation import rollout
 from hazbot_gym.policies.base import NO_CODE, Permissions, Policy, make
 from hazbot_gym.policies.guard import Flags, Observations
+from hazbot_gym.training.combined_envs import policy_width
 from hazbot_gym.training.config import Imitation, TrainConfig
-from hazbot_gym.training.vec_envs import TrainingEnvs, require_speeds
+from hazbot_gym.training.vec_envs import require_speeds
 
 
 class Demonstrations(NamedTuple):
@@ -35,7 +37,7 @@ class Demonstrations(NamedTuple):
         return Demonstrations(self.observations[rows], self.actions[rows], returns)
 
 
-def teacher_of(imitation: Imitation, envs: TrainingEnvs, allowed: Permissions = NO_CODE) -> Policy:
+def teacher_of(imitation: Imitation, envs: VecEnv, allowed: Permissions = NO_CODE) -> Policy:
     """Return the teacher of a run, with the given permissions.
 
     Raises:
@@ -44,11 +46,11 @@ def teacher_of(imitation: Imitation, envs: TrainingEnvs, allowed: Permissions = 
     """
     require_speeds(envs, "imitation")
     teacher = make(imitation.teacher, **allowed._asdict())
-    teacher.predict(np.zeros((1, envs.width), np.float32))
+    teacher.predict(np.zeros((1, policy_width(envs)), np.float32))
     return teacher
 
 
-def imitate(model: PPO, envs: TrainingEnvs, teacher: Policy, config: TrainConfig) -> None:
+def imitate(model: PPO, envs: VecEnv, teacher: Policy, config: TrainConfig) -> None:
     """Pretrain a new model on the teacher of its run; deterministic for a seed."""
     assert config.imitation is not None
     seed = rollout.episode_seed(config.seed, "imitation", 0)
@@ -59,17 +61,18 @@ def imitate(model: PPO, envs: TrainingEnvs, teacher: Policy, config: TrainConfig
 
 
 def watch(
-    envs: TrainingEnvs,
+    envs: VecEnv,
     teacher: Policy,
     imitation: Imitation,
     gamma: float,
     rng: np.random.Generator,
 ) -> Demonstrations:
     """Collect demonstrations in all worlds in parallel; return those of complete episodes."""
-    observation, state, starts = envs.reset(), None, np.ones(envs.num_envs, np.bool_)
+    observation, state = cast(Observations, envs.reset()), None
+    width, starts = policy_width(envs), np.ones(envs.num_envs, np.bool_)
     seen, done, expert = [], [], []
     for _ in range(-(-imitation.decisions // envs.num_envs)):
-        action, state = teacher.predict(observation[:, : envs.width], state, starts)
+        action, state = teacher.predict(observation[:, :width], state, starts)
         seen.append(observation)
         expert.append(action)
         noise = imitation.noise * rng.standard_normal(action.shape, np.float32)

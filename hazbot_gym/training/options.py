@@ -18,10 +18,10 @@ from hazbot_gym.errors import InvalidInput
 # Set by the run itself, or not expressible in a file.
 OURS = {
     "self", "policy", "env", "learning_rate", "policy_kwargs", "seed", "device", "lagrangian",
-    "teacher", "imitation", "tensorboard_log", "monitor_wrapper", "support_multi_env",
-    "supported_action_spaces", "observation_space", "action_space", "lr_schedule", "activation_fn",
-    "features_extractor_class", "features_extractor_kwargs", "optimizer_class",
-    "replay_buffer_class", "rollout_buffer_class", "_init_setup_model",
+    "reward_scale", "teacher", "imitation", "tensorboard_log", "monitor_wrapper",
+    "support_multi_env", "supported_action_spaces", "observation_space", "action_space",
+    "lr_schedule", "activation_fn", "features_extractor_class", "features_extractor_kwargs",
+    "optimizer_class", "replay_buffer_class", "rollout_buffer_class", "_init_setup_model",
 }  # fmt: skip
 SHARES = {"gamma", "gae_lambda", "tau", "clip_range", "exploration_fraction", "beta"}  # 0 to 1
 # The minimum is 1 for counts and 0 otherwise, except for:

@@ -32,7 +32,6 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepR
 from hazbot_gym.envs.arguments import Info
 from hazbot_gym.policies.guard import Flags
 from hazbot_gym.training.config import Lagrangian
-from hazbot_gym.training.vec_envs import TrainingEnvs
 
 
 class MultiplierState(NamedTuple):
@@ -54,9 +53,9 @@ def updated(state: MultiplierState, cost: float, lagrangian: Lagrangian) -> Mult
 class PenalizedEnvs(VecEnvWrapper):
     """Environment wrapper with penalized rewards r - lambda c, scaled like rewards."""
 
-    def __init__(self, envs: TrainingEnvs, multiplier: float) -> None:
+    def __init__(self, envs: VecEnv, multiplier: float, reward_scale: float) -> None:
         super().__init__(envs)
-        self.reward_scale, self.multiplier = envs.scale, multiplier
+        self.multiplier, self.reward_scale = multiplier, reward_scale
 
     def reset(self) -> VecEnvObs:
         """Start new episodes everywhere."""
@@ -81,15 +80,16 @@ class PPOLagrangian(PPO):
     def __init__(
         self,
         policy: str | type[ActorCriticPolicy],
-        env: TrainingEnvs,
+        env: VecEnv,
         *,
         lagrangian: Lagrangian,
+        reward_scale: float,
         **options: Any,
     ) -> None:
         self.lagrangian = lagrangian
         self.multiplier = list(MultiplierState(lagrangian.start, lagrangian.start))  # checkpointed
         self.ended: list[float] = []  # costs of the episodes that ended since the last update
-        super().__init__(policy, PenalizedEnvs(env, lagrangian.start), **options)
+        super().__init__(policy, PenalizedEnvs(env, lagrangian.start, reward_scale), **options)
 
     def collect_rollouts(
         self,

@@ -6,19 +6,20 @@ from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
-from stable_baselines3.common.vec_env import VecEnvWrapper
+from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvStepReturn
 
 from hazbot_gym.policies.guard import Observations
 from hazbot_gym.policies.residual import base_of, corrected
+from hazbot_gym.training.combined_envs import policy_width
 from hazbot_gym.training.config import Residual
-from hazbot_gym.training.vec_envs import TrainingEnvs, require_speeds
+from hazbot_gym.training.vec_envs import require_speeds
 
 
 class ResidualEnvs(VecEnvWrapper):
     """Environment wrapper: actions are corrections in [-1, 1], added to the base's actions."""
 
-    def __init__(self, envs: TrainingEnvs, residual: Residual) -> None:
+    def __init__(self, envs: VecEnv, residual: Residual) -> None:
         """Wrap environments with a base policy.
 
         Raises:
@@ -28,8 +29,8 @@ class ResidualEnvs(VecEnvWrapper):
         require_speeds(envs, "residual")
         super().__init__(envs)
         self.base, self.correction_scale = base_of(residual.base), residual.scale
-        self._width = envs.width
-        self._begin(np.zeros((envs.num_envs, envs.width), np.float32))
+        self._width = policy_width(envs)
+        self._begin(np.zeros((envs.num_envs, self._width), np.float32))
         self._act()
 
     def reset(self) -> npt.NDArray[np.float32]:

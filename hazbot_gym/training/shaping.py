@@ -16,35 +16,53 @@ hold, a timeout is a termination, and its value is not bootstrapped: the rest of
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
+from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
-from hazbot_gym.config import Config
 from hazbot_gym.core.state import Floats
+from hazbot_gym.training.combined_envs import PROGRESS, CombinedEnvs
 
 
-class FreeDrive:
-    """Return-to-go Phi of a free drive in each of N worlds."""
+class ShapedRewards(VecEnvWrapper):
+    """Environment wrapper: adds the change of the potential Phi to each reward."""
 
-    def __init__(self, configs: Sequence[Config], sizes: Sequence[int]) -> None:
-        """Store the reward weights of each world; ``sizes`` are the worlds per config."""
-        self._progress = np.repeat([config.reward.progress for config in configs], sizes)
-        self._arrival = np.repeat([config.reward.arrival for config in configs], sizes)
-        self._allowed = np.repeat([config.max_episode_steps for config in configs], sizes)
+    def __init__(self, envs: VecEnv) -> None:
+        """Wrap environments above a ``CombinedEnvs``, with unscaled rewards."""
+        super().__init__(envs)
+        self._envs = cast(CombinedEnvs, envs.unwrapped)
+        self._progress = self._envs.of_each_world(lambda config: config.reward.progress)
+        self._arrival = self._envs.of_each_world(lambda config: config.reward.arrival)
+        self._horizon = self._envs.of_each_world(lambda config: config.max_episode_steps)
+        self._decision_s = self._envs.of_each_world(lambda config: config.clock.decision_s)
+        self._advance, self._steps = np.zeros(self.num_envs), np.zeros(self.num_envs)
 
-    def time_left(self, steps: Floats) -> Floats:
-        """Return the remaining share of the horizon (N,)."""
-        share: Floats = 1.0 - steps / self._allowed
-        return share
+    def reset(self) -> VecEnvObs:
+        """Start new episodes everywhere."""
+        observations = self.venv.reset()
+        self._advance[:], self._steps[:] = 0.0, 0.0
+        self._path = self._envs.times_free_s() / self._decision_s
+        self._potential = self.potential()
+        return observations
 
-    def potential(self, path: Floats, advance: Floats, steps: Floats) -> Floats:
-        """Return Phi (N,).
+    def step_wait(self) -> VecEnvStepReturn:
+        """Take one decision in every world."""
+        observations, rewards, dones, infos = self.venv.step_wait()
+        self._advance += self._envs.terms[:, PROGRESS]
+        self._steps += 1.0
+        for i in np.flatnonzero(dones):
+            self._advance[i], self._steps[i] = 0.0, 0.0
+            self._path[i] = self._envs.reset_infos[i]["time_free_s"] / self._decision_s[i]
+            infos[i]["TimeLimit.truncated"] = False  # already part of the potential
+        before, self._potential = self._potential, self.potential()
+        shaped = rewards + np.where(dones, 0.0, self._potential) - before
+        return observations, shaped, dones, infos
 
-        Args:
-            path: (N,) decisions for the whole path at nominal speed.
-            advance: (N,) sum of the progress terms so far.
-            steps: (N,) decisions taken so far.
-        """
-        left = np.maximum(path - advance, 0.0)
-        return self._progress * left + self._arrival * self.time_left(steps + left)
+    def potential(self) -> Floats:
+        """Return Phi (N,) of the running episodes."""
+        left = np.maximum(self._path - self._advance, 0.0)
+        time_left = 1.0 - (self._steps + left) / self._horizon
+        found: Floats = self._progress * left + self._arrival * time_left
+        return found

@@ -51,7 +51,7 @@ def test_as_a_controller_it_also_answers_the_excess_itself_and_growth_but_no_fal
 @pytest.mark.parametrize("engine", ["batched", "pymunk"])
 def test_each_cost_is_charged_at_the_multiplier(engine: str) -> None:
     config = TrainConfig(worlds=4, overrides=LIVELY, engine=engine, reward_scale=0.1)  # type: ignore[arg-type]
-    free, penalized = make_envs(config), PenalizedEnvs(make_envs(config), 3.0)
+    free, penalized = make_envs(config), PenalizedEnvs(make_envs(config), 3.0, 0.1)
     for envs in (free, penalized):
         envs.seed(2)
         envs.reset()

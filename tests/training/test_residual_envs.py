@@ -13,6 +13,7 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.residual import on_its_base
 from hazbot_gym.task.observation import LAYOUTS
 from hazbot_gym.training.algorithms import make_model
+from hazbot_gym.training.combined_envs import policy_width
 from hazbot_gym.training.config import TrainConfig, load_training
 from hazbot_gym.training.residual_envs import ResidualEnvs
 from hazbot_gym.training.run import train
@@ -43,7 +44,7 @@ def test_without_corrections_the_worlds_are_those_of_the_base(*, is_timed: bool)
     seen = alone.reset()
     assert np.array_equal(seen, below.reset())
     for _ in range(150):
-        seen, rewards, *_ = alone.step(base.predict(seen[:, : alone.width])[0])
+        seen, rewards, *_ = alone.step(base.predict(seen[:, : policy_width(alone)])[0])
         also_seen, also_rewards, *_ = below.step(np.zeros((8, 1), np.float32))
         assert np.array_equal(seen, also_seen)
         assert np.array_equal(rewards, also_rewards)

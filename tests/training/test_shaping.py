@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from hazbot_gym.training.config import TrainConfig
-from hazbot_gym.training.vec_envs import TrainingEnvs, make_envs
+from hazbot_gym.training.vec_envs import make_envs
 
 WORLDS, STEPS, SCALE = 6, 400, 0.2
 SHORT: dict[str, Any] = {"max_episode_steps": 150, "reward": {"progress": 0.7, "arrival": 50.0}}
 
 
-def made(**changes: Any) -> TrainingEnvs:
+def made(**changes: Any) -> Any:
     values: dict[str, Any] = {"worlds": WORLDS, "reward_scale": SCALE, **changes}
     return make_envs(TrainConfig.model_validate(values))
 
@@ -26,7 +26,7 @@ def test_rewards_add_up_to_the_return_less_that_of_a_free_drive() -> None:
     envs.seed(3)
     envs.reset()
     total, rng, outcomes = np.zeros(WORLDS), np.random.default_rng(0), set()
-    free = np.array([info["time_free_s"] for info in envs.reset_infos]) / 0.1
+    free = np.array([info["time_free_s"] for info in envs.unwrapped.reset_infos]) / 0.1
     for _ in range(STEPS):
         actions = rng.uniform(-0.6, 1.0, (WORLDS, 1)).astype(np.float32)
         actions[::2] = 1.0  # every other world arrives
@@ -37,7 +37,7 @@ def test_rewards_add_up_to_the_return_less_that_of_a_free_drive() -> None:
             assert total[i] == pytest.approx(infos[i]["episode"]["r"] - at_start, abs=1e-3)
             assert not infos[i]["TimeLimit.truncated"]
             outcomes.add(infos[i]["outcome"])
-            total[i], free[i] = 0.0, envs.reset_infos[i]["time_free_s"] / 0.1
+            total[i], free[i] = 0.0, envs.unwrapped.reset_infos[i]["time_free_s"] / 0.1
     assert outcomes >= {"arrived", "timeout"}
 
 

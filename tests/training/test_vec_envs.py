@@ -10,13 +10,13 @@ import pytest
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.training.config import TrainConfig
-from hazbot_gym.training.vec_envs import TrainingEnvs, make_envs
+from hazbot_gym.training.vec_envs import make_envs
 
 LIVELY: dict[str, Any] = {"place": "doorway", "people": {"count": [2, 4]}, "max_episode_steps": 60}
 WORLDS, STEPS = 5, 150
 
 
-def made(**changes: Any) -> TrainingEnvs:
+def made(**changes: Any) -> Any:
     values: dict[str, Any] = {"worlds": WORLDS, "overrides": LIVELY, **changes}
     return make_envs(TrainConfig.model_validate(values))
 
@@ -66,7 +66,9 @@ def test_different_environments_share_the_worlds() -> None:
     envs = made(env=env, overrides={})
     envs.reset()
     assert [part.num_envs for part in envs.parts] == [3, 2]
-    assert [info["place"] for info in envs.reset_infos] == ["corridor"] * 3 + ["circle"] * 2
+    assert [info["place"] for info in envs.unwrapped.reset_infos] == ["corridor"] * 3 + [
+        "circle"
+    ] * 2
 
 
 def test_observations_begin_where_torch_reads_them_alike() -> None:

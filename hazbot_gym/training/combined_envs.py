@@ -1,0 +1,138 @@
+"""Several ``VecEnv`` of Stable-Baselines3 as one, so that a run can train on several environments.
+
+Its wrappers find it as ``envs.unwrapped``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, cast
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from stable_baselines3.common.vec_env import VecEnv
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
+
+from hazbot_gym.config import Config
+from hazbot_gym.core.state import Floats
+from hazbot_gym.envs.arguments import Info
+from hazbot_gym.envs.sb3 import CorridorVecEnv
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.policies.guard import Flags, Observations
+from hazbot_gym.task.reward import TERMS
+
+PROGRESS = TERMS.index("progress")
+
+
+class CombinedEnvs(VecEnv):
+    """The worlds of several ``VecEnv``, in their order.
+
+    Attributes:
+        terms: (N, 7) unweighted reward terms of the last decision, in the order of ``TERMS``.
+        costs: (N,) its safety costs.
+    """
+
+    def __init__(self, parts: Sequence[VecEnv], configs: Sequence[Config]) -> None:
+        """Combine environments.
+
+        Args:
+            parts: Each a ``CorridorVecEnv`` or a ``DummyVecEnv`` of corridor environments.
+            configs: The config of each part.
+        """
+        self.parts, self.configs = list(parts), list(configs)
+        self.sizes = [part.num_envs for part in parts]
+        ends = np.cumsum(self.sizes).tolist()
+        self.slices = [slice(end - size, end) for end, size in zip(ends, self.sizes, strict=True)]
+        self.terms, self.costs = np.zeros((ends[-1], len(TERMS))), np.zeros(ends[-1])
+        super().__init__(ends[-1], parts[0].observation_space, parts[0].action_space)
+
+    def of_each_world(self, value: Callable[[Config], float]) -> Floats:
+        """Return a value of the config of each world (N,)."""
+        return np.repeat(np.array([value(config) for config in self.configs]), self.sizes)
+
+    def times_free_s(self) -> Floats:
+        """Return the time of a free drive [s] in each world's running episode (N,)."""
+        return np.array([info["time_free_s"] for info in self.reset_infos], float)
+
+    def seed(self, seed: int | None = None) -> Sequence[int | None]:
+        """Seed all worlds at the next reset: world i with ``seed + i``."""
+        for part, own in zip(self.parts, self.slices, strict=True):
+            part.seed(None if seed is None else seed + own.start)
+        return [None if seed is None else seed + i for i in range(self.num_envs)]
+
+    def reset(self) -> Observations:
+        """Start new episodes everywhere."""
+        observations = [cast(Observations, part.reset()) for part in self.parts]
+        self.reset_infos = [info for part in self.parts for info in part.reset_infos]
+        return joined(observations)
+
+    def step_async(self, actions: npt.NDArray[np.generic]) -> None:
+        """Send the actions."""
+        for part, own in zip(self.parts, self.slices, strict=True):
+            part.step_async(actions[own])
+
+    def step_wait(self) -> tuple[Observations, npt.NDArray[np.float32], Flags, list[Info]]:
+        """Take one decision in every world."""
+        steps = [part.step_wait() for part in self.parts]
+        rewards, dones = (np.concatenate([step[k] for step in steps]) for k in (1, 2))
+        for part, own, step in zip(self.parts, self.slices, steps, strict=True):
+            self.terms[own], self.costs[own] = _decision_of(part, step[3])
+            for i in np.flatnonzero(dones[own]):
+                self.reset_infos[own.start + i] = part.reset_infos[i]
+        observations = [cast(Observations, step[0]) for step in steps]
+        return joined(observations), rewards, dones, [info for step in steps for info in step[3]]
+
+    def close(self) -> None:
+        """Close all parts."""
+        for part in self.parts:
+            part.close()
+
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+        """Return an attribute of some worlds."""
+        found = [value for part in self.parts for value in part.get_attr(attr_name)]
+        return [found[i] for i in self._get_indices(indices)]
+
+    def set_attr(self, attr_name: str, value: object, indices: object = None) -> None:
+        """Not supported: environments of a run are immutable."""
+        raise InvalidInput(f"set_attr: given {attr_name!r}, a run's environments are not changed")
+
+    def env_method(
+        self, method_name: str, *args: object, indices: object = None, **kwargs: object
+    ) -> Any:
+        """Not supported: batched worlds have no individual methods."""
+        raise InvalidInput(f"env_method: given {method_name!r}, worlds are not called one by one")
+
+    def env_is_wrapped(self, wrapper_class: type, indices: VecEnvIndices = None) -> list[bool]:
+        """Return False for every world."""
+        return [False for _ in self._get_indices(indices)]
+
+
+def joined(parts: Sequence[Observations]) -> Observations:
+    """Return the rows of several arrays as one aligned array.
+
+    Torch's matrix products depend on alignment in the last bit; numpy's alignment varies, and equal
+    seeds would not give equal weights.
+    """
+    rows, columns = sum(map(len, parts)), parts[0].shape[1]
+    return np.concatenate(parts, out=aligned(rows, columns))
+
+
+def aligned(rows: int, columns: int) -> Observations:
+    """Return an aligned array."""
+    return torch.empty(rows, columns).numpy()
+
+
+def policy_width(envs: VecEnv) -> int:
+    """Return the width of the observations of policies, which do not include the time left."""
+    shape = envs.unwrapped.observation_space.shape
+    assert shape is not None
+    return shape[0]
+
+
+def _decision_of(part: VecEnv, infos: list[Info]) -> tuple[Floats, Floats]:
+    """Return the reward terms (N, 7) and costs (N,) of the decision just taken."""
+    if isinstance(part, CorridorVecEnv):
+        return part.terms, part.costs
+    terms = np.array([[info["reward_terms"][name] for name in TERMS] for info in infos])
+    return terms, np.array([info["cost"] for info in infos], float)

@@ -1,0 +1,57 @@
+"""Monitor of the episodes of a run, with sums that are neither scaled nor shaped.
+
+As in Stable-Baselines3's Monitor, the last info of every episode holds under ``episode`` its return
+``r`` and length ``l``; here also the sum of each reward term, the cost, the time ratio and the mean
+speed.
+"""
+
+from __future__ import annotations
+
+from typing import cast
+
+import numpy as np
+from stable_baselines3.common.vec_env import VecEnvWrapper
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
+
+from hazbot_gym.task.reward import TERMS
+from hazbot_gym.training.combined_envs import PROGRESS, CombinedEnvs
+
+SUMS = (*TERMS, "cost", "r", "l")
+
+
+class EpisodeMonitor(VecEnvWrapper):
+    """Adds the sums of each ended episode to its last info."""
+
+    def __init__(self, envs: CombinedEnvs) -> None:
+        super().__init__(envs)
+        self._envs = envs
+        self._sums = np.zeros((envs.num_envs, len(SUMS)))
+        self._decision_s = envs.of_each_world(lambda config: config.clock.decision_s)
+        self._nominal_mps = envs.of_each_world(lambda config: config.drive.nominal_speed_mps)
+
+    def reset(self) -> VecEnvObs:
+        """Start new episodes everywhere."""
+        observations = self.venv.reset()
+        self._sums[:] = 0.0
+        self._free_s = self._envs.times_free_s()
+        return observations
+
+    def step_wait(self) -> VecEnvStepReturn:
+        """Take one decision in every world."""
+        observations, rewards, dones, infos = self.venv.step_wait()
+        self._sums[:, : len(TERMS)] += self._envs.terms
+        self._sums[:, len(TERMS)] += self._envs.costs
+        self._sums[:, -2] += rewards
+        self._sums[:, -1] += 1.0
+        for i in np.flatnonzero(dones).tolist():
+            infos[i]["episode"] = self._close(i)
+        return observations, rewards, dones, infos
+
+    def _close(self, i: int) -> dict[str, float]:
+        """Return the sums of the ended episode in world i, and reset them."""
+        sums, length = dict(zip(SUMS, self._sums[i].tolist(), strict=True)), self._sums[i, -1]
+        sums["time_ratio"] = float(length * self._decision_s[i] / self._free_s[i])
+        sums["speed_mps"] = float(self._sums[i, PROGRESS] / length * self._nominal_mps[i])
+        self._sums[i] = 0.0
+        self._free_s[i] = cast(float, self._envs.reset_infos[i]["time_free_s"])
+        return sums
