@@ -26,8 +26,9 @@ BELOW = {
     "study": MIDDLE,
     # A view: it reads records, and neither computes statistics nor simulates.
     "study.report": (
-        *(f"study.{name}" for name in ("answer", "config", "costs", "headline", "store")),
-        *(f"study.{name}" for name in ("replay_records", "set_descriptions", "terminal_tables")),
+        *(f"study.{name}" for name in ("answer", "config", "costs", "default_policies")),
+        *(f"study.{name}" for name in ("headline", "replay_records", "set_descriptions", "store")),
+        "study.terminal_tables",
         *(f"study.summary.{name}" for name in ("COMPARED", "LEVELS", "Summary")),
         "evaluation.statistics.pareto.AXES",
         "evaluation.episode",

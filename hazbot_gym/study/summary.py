@@ -30,6 +30,7 @@ from hazbot_gym.evaluation.statistics.robust_means import (
     interquartile_mean,
 )
 from hazbot_gym.study.config import StudyConfig
+from hazbot_gym.study.default_policies import default_policies
 from hazbot_gym.study.front_summary import summarise_fronts
 from hazbot_gym.study.headline import headline_sets, pooled_sets, scenarios_of
 from hazbot_gym.utils.json_object import JsonObject
@@ -98,6 +99,8 @@ def summarise(rows: pd.DataFrame, study: StudyConfig, best: pd.DataFrame | None 
         "sets": {name: summarise_set(block, study) for name, block in blocks.items()},
     }
     summary["headline"] = _headline(summary, study)
+    first = summary["sets"][summary["headline"]["name"]]
+    summary["default_policies"] = default_policies(first, study)
     luck = _Luck(resamples=study.resamples, confidence=study.confidence, seed=study.seed)
     if study.fronts is not None:
         blocks = _blocks(rows, [each.name for each in study.sets_named(study.fronts.sets)])

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
+from importlib import resources
 from typing import NamedTuple
 
 import numpy as np
@@ -17,20 +18,22 @@ from hazbot_gym.errors import MissingExtra
 from hazbot_gym.evaluation.statistics.pareto import AXES
 from hazbot_gym.study.replay_records import Drive, Replay
 from hazbot_gym.study.report.packing import packed_text
-from hazbot_gym.study.report.style import GREYS, Style, styles
+from hazbot_gym.study.report.style import Style, styles
 from hazbot_gym.study.summary import LEVELS
 from hazbot_gym.utils.json_object import JsonObject
 
 try:
     import plotly.graph_objects as go
-    from plotly.offline import get_plotlyjs
 except ImportError as error:
     raise MissingExtra(error.name or "plotly", "study") from error
 
-INK, SOFT, GRID = "#1c2127", "#5c6670", "#e4e7ea"
+INK, SOFT, GRID, FRONT = "#1c2127", "#5c6670", "#e4e7ea", "#8b9096"
+SHADES = {INK: "#e6e9ec", SOFT: "#a3adb6", GRID: "#343b42", FRONT: "#8b9096"}  # on dark paper
+CLEAR = "rgba(0,0,0,0)"
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
 LOGARITHMIC = {"type": "log", "dtick": "D2"}  # with labels at 1, 2 and 5
 WIDE = 10.0  # ratio of intrusions above which their axis is logarithmic
+MARKED = 8  # points with a mark on a line
 EVERY = 5  # instants between two points of a distance plot
 MOST = 0.8  # share of episodes that the axis of clearance shows,
 ENDS_M = (0.3, 2.0)  # and limits of its end
@@ -56,8 +59,12 @@ Point = dict[str, tuple[float, ...]]  # mean, low and high, each on both axes
 
 @functools.cache
 def library() -> str:
-    """Return plotly's JavaScript, compressed to a third of its size."""
-    return packed_text(get_plotlyjs())
+    """Return plotly's JavaScript, compressed: its bundle of basic plots, a quarter of the whole.
+
+    The file is that of the npm package ``plotly.js-basic-dist-min``, version 4.1.1.
+    """
+    bundle = resources.files("hazbot_gym.study.report") / "template" / "plotly-basic.min.js"
+    return packed_text(bundle.read_text(encoding="utf-8"))
 
 
 def front(block: JsonObject, looks: Styles) -> Figure:
@@ -73,7 +80,7 @@ def front(block: JsonObject, looks: Styles) -> Figure:
     swept = sorted(known[policy]["mean"] for policy in known if looks[policy].is_swept)
     if len(swept) > 1:
         x, y = zip(*swept, strict=True)
-        line = {"color": GREYS[0], "width": 1.5, "dash": "dot"}
+        line = {"color": FRONT, "width": 1.5, "dash": "dot"}
         figure.add_scatter(x=x, y=y, mode="lines", line=line, hoverinfo="skip", name="")
     for policy, point in known.items():
         look = looks[policy]
@@ -85,7 +92,7 @@ def front(block: JsonObject, looks: Styles) -> Figure:
             error_y=_whisker(point, 1, look),
             name=policy,
             mode="markers+text" if look.is_swept else "markers",
-            text=[policy.partition(":")[2]],
+            text=[policy.partition(":")[2] or policy],
             textposition="top right",
             textfont={"color": SOFT, "size": 12},
             marker={"color": look.color, "symbol": look.mark + hollow, "size": 11},
@@ -238,8 +245,9 @@ def _line(
         x=np.round(x, 2).tolist(),
         y=np.round(y, digits).tolist(),
         name=policy,
-        mode="lines",
+        mode="lines+markers",
         line={"color": look.color, "dash": look.dash, "width": 2, **line},
+        marker={"color": look.color, "symbol": look.mark, "size": 8, "maxdisplayed": MARKED},
     )
 
 
@@ -247,6 +255,8 @@ def _finish(figure: go.Figure, top: int = 16) -> Figure:
     """Give a figure the page's look and return it as plain values."""
     figure.update_layout(
         template="none",
+        paper_bgcolor=CLEAR,
+        plot_bgcolor=CLEAR,
         showlegend=False,
         hovermode="closest",
         hoverlabel={"namelength": -1},

@@ -118,6 +118,8 @@ def _check(study: Study) -> None:
     blocks = all_blocks(study)  # KeyError where a set is missing
     if any("dominated_by" not in each for block in blocks.values() for each in block.values()):
         raise ValueError("a summary without Pareto standings, of an earlier version")
+    if not set(study.summary["default_policies"]) <= shown:
+        raise ValueError("policies by default that the study does not show")
     chosen = study.replays.chosen
     scenes = itertools.chain(*chosen.values(), study.replays.beside_best.values())
     if (
@@ -131,8 +133,10 @@ def _check(study: Study) -> None:
 
 def make_page(study: Study) -> str:
     """Return the page as HTML; the same text for the same study."""
-    config, everybody = study.config, styles(study.config.names)
-    looks = {name: everybody[name] for name in config.shown_names}
+    config, first_shown = study.config, study.summary["default_policies"]
+    everybody = styles(config.names, first_shown)
+    looks = {name: everybody[name] for name in dict.fromkeys([*first_shown, *config.shown_names])}
+    families = styles(list(config.fronts.members)) if config.fronts else {}
     blocks = all_blocks(study)
     first = headline(study.summary)
     replays = study.replays.chosen
@@ -145,11 +149,16 @@ def make_page(study: Study) -> str:
             episodes=len(study.rows),
             manifest=study.manifest,
             everybody=everybody,
+            family_looks=families,
             looks=looks,
             looks_json={
-                policy: {"color": look.color, "dash": DASHES[look.dash]}
+                policy: {"color": look.color, "dark": look.dark, "dash": DASHES[look.dash]}
                 for policy, look in looks.items()
             },
+            shades=figures.SHADES
+            | {look.color: look.dark for look in (*everybody.values(), *families.values())},
+            numbers={policy: i for i, policy in enumerate(everybody)},
+            first_shown=first_shown,
             sets=[(each, describe(each)) for each in config.all_sets],
             headline=first,
             one_in=study.summary["headline"]["zero_is_below_one_in"],
@@ -182,7 +191,6 @@ def make_tables(study: Study, blocks: JsonObject) -> JsonObject:
         "families": {
             name: oracle_tables.family_table(block) for name, block in fronts_of(study).items()
         },
-        "family_looks": styles(list(config.fronts.members)) if config.fronts else {},
         "regrets": {
             name: (oracle_tables.regret_table(block, config.names), block)
             for name, block in _in_order(study, "yardstick").items()

@@ -110,22 +110,83 @@ def test_every_choice_can_be_made_and_holds_for_the_whole_page(browser: Any, pag
     assert browser.complaints == []
 
 
+KEY = """
+const names = [...document.querySelectorAll(".plot")].map((div) => div.dataset.plot);
+const rows = () => [...document.querySelectorAll("#results tbody tr")]
+  .filter((row) => row.offsetParent).length;
+const counts = () => [...names.map(traces), rows()];
+const all = document.querySelector(".key .all");
+"""
+
+
 def test_every_plot_is_drawn_and_the_key_hides_a_policy_in_all(browser: Any, page: Path) -> None:
     browser.open(page, 1280, 900)
     before, after = run(
         browser,
-        """
-        const names = [...document.querySelectorAll(".plot")].map((div) => div.dataset.plot);
-        const counts = () => names.map(traces);
+        KEY
+        + """
         const before = counts();
         document.querySelector(".key button").click();
         await wait(100);
         return [before, counts()];
     """,
     )
-    assert len(before) == 4  # front, speed in E*, distance, clearance
+    assert len(before) == 5  # front, speed in E*, distance, clearance; rows of the first table
     assert all(count >= 4 for count in before)
     assert after == [count - 1 for count in before]
+    assert browser.complaints == []
+
+
+def test_few_policies_are_shown_until_all_are_asked_for(
+    browser: Any, finished: Path, tmp_path: Path
+) -> None:
+    study = report.read(finished)
+    summary = {**study.summary, "default_policies": ["fuzzy_expert", "stop_on_sight"]}
+    path = tmp_path / "few.html"
+    path.write_text(report.make_page(study._replace(summary=summary)), encoding="utf-8")
+    browser.open(path, 1280, 900)
+    few, more, every, again, saved = run(
+        browser,
+        KEY
+        + """
+        const states = [counts()];
+        for (const button of [document.querySelector('.key [aria-pressed="false"]'), all, all]) {
+          button.click();
+          await wait(100);
+          states.push(counts());
+        }
+        const link = document.querySelector("#results .save");
+        link.addEventListener("click", (event) => event.preventDefault());
+        const saved = new Promise((done) => {
+          URL.createObjectURL = (blob) => { done(blob.text()); return ""; };
+        });
+        link.click();
+        return [...states, await saved];
+    """,
+    )
+    assert few == again == [3, 2, 2, 2, 2]  # and the line of the constant speeds
+    assert more == [count + 1 for count in few]
+    assert every == [count + 2 for count in few]
+    assert len(saved.splitlines()) == 5
+    assert browser.complaints == []
+
+
+def test_plots_have_the_colors_of_the_theme(browser: Any, page: Path) -> None:
+    def colors(scheme: str) -> Any:
+        browser.page.emulate_media(color_scheme=scheme)
+        browser.open(page, 1280, 900)
+        return run(
+            browser,
+            """
+            const line = document.querySelector('[data-plot="distance"] .lines path');
+            const swatch = document.querySelector(".key .swatch");
+            return [getComputedStyle(line).stroke, getComputedStyle(swatch).color];
+        """,
+        )
+
+    light, dark = colors("light"), colors("dark")
+    assert light == ["rgb(10, 77, 168)"] * 2
+    assert dark == ["rgb(140, 184, 255)"] * 2
     assert browser.complaints == []
 
 

@@ -116,7 +116,7 @@ def test_a_policy_whose_name_is_markup_stays_a_name(
         while (!document.documentElement.dataset.plots) await wait(20);
         return [
           document.querySelectorAll("img").length,
-          [...document.querySelectorAll(".key button")].map((button) => button.dataset.policy),
+          [...document.querySelectorAll(".key button")].map((button) => button.dataset.name),
           [...document.querySelectorAll('[data-plot="front"] .textpoint')]
             .map((t) => t.textContent),
         ];
