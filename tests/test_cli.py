@@ -11,9 +11,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import hazbot_gym
-from hazbot_gym.bench import run as bench
 from hazbot_gym.cli import app
-from hazbot_gym.utils.files import read_json
 from tests.refusals import says
 
 METRICS = {
@@ -302,19 +300,6 @@ def test_training_without_the_extra_names_it(missing: str, empty_folder: Path) -
     assert done.returncode == 2, done.stderr
     says(done.stderr, "pip install 'hazbot-gym[train]'")
     assert list(empty_folder.iterdir()) == []
-
-
-@pytest.mark.slow
-def test_quick_benchmark_prints_and_writes_its_record(
-    empty_folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # CI runs the quick form itself; a single turn is enough for what is printed and written.
-    monkeypatch.setattr(bench, "QUICK", bench.QUICK._replace(turns=1, turn_s=0.01, spread=2))
-    result = hazbot("bench", "--quick", "--json", "bench.json")
-    assert result.exit_code == 0, result.output
-    assert "batched, 8192 worlds, 10 people" in result.stdout
-    record = read_json(empty_folder / "bench.json")
-    assert {"hazbot_gym/Corridor-v0", "CartPole-v1", "ratio", "cases", "goals"} < set(record)
 
 
 def test_help_is_quick_and_loads_nothing_heavy() -> None:

@@ -15,7 +15,7 @@ import pytest
 CHECKOUT = Path(__file__).parent.parent
 ONE_EPISODE = """
 import gymnasium, hazbot_gym
-env = gymnasium.make("hazbot_gym/Corridor-v0")
+env = gymnasium.make("hazbot_gym/Corridor-v0", max_episode_steps=3)
 env.reset(seed=0)
 ended = False
 while not ended:

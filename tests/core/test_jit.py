@@ -17,6 +17,7 @@ import pytest
 from numba.core import caching
 
 from hazbot_gym.core import jit, notice, sources
+from hazbot_gym.core.fuzzy_pid import gain_table
 from hazbot_gym.core.jit import kernel, lean_kernel, scalar
 from hazbot_gym.core.state import Floats
 
@@ -252,6 +253,8 @@ PLAIN = """
 import sys
 import gymnasium
 import numpy as np
+from hazbot_gym.core import fuzzy_pid
+fuzzy_pid.gain_table = lambda _="textbook": np.load(sys.argv[2])
 from hazbot_gym import policies
 from hazbot_gym.envs.vector import CorridorVectorEnv
 
@@ -277,11 +280,12 @@ SHORT = "{name: short, walls: [[-2, 1.2, 4, 1.2]], path: {points: [[0, 0], [1, 0
 @pytest.mark.slow
 def test_everything_runs_as_plain_python_with_the_same_numbers(tmp_path: Path) -> None:
     """The way to step through a kernel with a debugger."""
-    place = tmp_path / "short.yaml"
+    place, table = tmp_path / "short.yaml", tmp_path / "table.npy"
     place.write_text(SHORT)
+    np.save(table, gain_table())  # half a minute in plain Python; test_fuzzy_pid.py compares both
     numbers = [
         subprocess.run(
-            [sys.executable, "-c", PLAIN, str(place)],
+            [sys.executable, "-c", PLAIN, str(place), str(table)],
             env={**os.environ, "NUMBA_DISABLE_JIT": disable},
             check=True,
             capture_output=True,

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -16,6 +15,7 @@ from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.reward import TERMS
+from tests.refusals import refused, says
 
 IDS = [f"{NAMESPACE}/{name}" for name in ENVIRONMENTS]
 FULL, STOP = np.array([1.0]), np.array([-1.0])
@@ -246,7 +246,7 @@ def test_horizon_of_an_own_spec_is_not_contradicted_silently(
     )
     made = gymnasium.make_vec if vector else gymnasium.make
     if horizon is None:
-        with pytest.raises(InvalidInput, match=r"^max_episode_steps: given .* Own-v0 .* at 30"):
+        with refused("max_episode_steps ... Own-v0 ... at 30"):
             made(spec, **arguments)
         return
     env: Any = made(spec, **arguments)
@@ -256,12 +256,12 @@ def test_horizon_of_an_own_spec_is_not_contradicted_silently(
 @pytest.mark.parametrize("horizon", [0, -5, "abc", 7.5, [20], True, 10**12])
 def test_horizon_that_is_none_is_refused_in_one_line(horizon: Any) -> None:
     for arguments in ({"max_episode_steps": horizon}, {"config": {"max_episode_steps": horizon}}):
-        with pytest.raises(InvalidInput, match="^max_episode_steps: given .*, input should be"):
+        with refused("max_episode_steps"):
             gymnasium.make(IDS[0], **arguments)
 
 
 def test_path_that_takes_far_longer_than_any_episode_is_refused_at_once() -> None:
-    with pytest.raises(InvalidInput, match="nominal_speed_mps = 1e-09; allowed are at most"):
+    with refused("nominal_speed_mps = 1e-09"):
         CorridorEnv(drive={"nominal_speed_mps": 1e-9}).reset(seed=0)
 
 
@@ -272,10 +272,11 @@ def test_arrays_will_do_for_lists_and_are_told_as_lists() -> None:
 
 
 def test_unknown_keyword_is_the_type_error_that_torchrl_looks_for() -> None:
+    # TorchRL tries arguments, and looks for these words.
     with pytest.raises(TypeError, match="unexpected keyword argument 'frameskip'") as caught:
         gymnasium.make(IDS[0], frameskip=4)
     assert isinstance(caught.value, InvalidInput)
-    assert str(caught.value).startswith("frameskip: unknown key, allowed are place, ")
+    says(str(caught.value), "frameskip ... place, ")
 
 
 @pytest.mark.parametrize("key", [2**63 - 1, np.uint64(2**63 - 1), np.int64(3), 0])
@@ -291,27 +292,29 @@ def test_every_key_up_to_its_bound_is_a_scenario(key: Any) -> None:
 @pytest.mark.parametrize(
     ("options", "complaint"),
     [
-        ({"key": 2**63}, "key: given 9223372036854775808, allowed are integers from 0 to"),
-        ({"key": -1}, "key: given -1, allowed are integers"),
-        ({"key": True}, "key: given True, allowed are integers"),
-        ({"key": 1.0}, "key: given 1.0, allowed are integers"),
-        ({"key": None}, "key: given None, allowed are integers"),
-        ({3: 4}, "given 3, allowed is key"),
-        ({"key": 1, (1,): 4}, "given (1,), allowed is key"),
-        ([1], "given [1], allowed is a dict with key"),
-        (5, "given 5, allowed is a dict with key"),
+        ({"key": 2**63}, "key ... 9223372036854775808 ... integers from 0 to"),
+        ({"key": -1}, "key ... -1 ... integers"),
+        ({"key": True}, "key ... True ... integers"),
+        ({"key": 1.0}, "key ... 1.0 ... integers"),
+        ({"key": None}, "key ... None ... integers"),
+        ({3: 4}, "3 ... key"),
+        ({"key": 1, (1,): 4}, "(1,) ... key"),
+        ([1], "[1] ... dict with key"),
+        (5, "5 ... dict with key"),
     ],
     ids=str,
 )
 def test_reset_options_of_another_kind_are_refused(options: Any, complaint: str) -> None:
-    with pytest.raises(InvalidInput, match=re.escape(complaint)) as caught:
-        make().reset(options=options)
-    assert str(caught.value).startswith("reset options: ")
+    env = make()
+    with refused(f"reset options ... {complaint}"):
+        env.reset(options=options)
+    env.reset(seed=0)
+    env.step(FULL)
 
 
 @pytest.mark.parametrize("seed", [-1, True, 1.5, "x", [1]])
 def test_seed_of_another_kind_is_refused(seed: Any) -> None:
-    with pytest.raises(InvalidInput, match="^seed: given .*, allowed are integers of at least 0"):
+    with refused("seed ... at least 0"):
         make().reset(seed=seed)
 
 
@@ -319,18 +322,17 @@ def test_seed_of_another_kind_is_refused(seed: Any) -> None:
 def test_ragged_actions_are_refused_in_one_line(action: Any) -> None:
     env = make()
     env.reset(seed=0)
-    with pytest.raises(InvalidInput, match="^action: given .*, no array") as caught:
+    with refused("action"):
         env.step(action)
-    assert "\n" not in str(caught.value)
 
 
 def test_an_episode_that_is_over_takes_no_more_steps() -> None:
     env = make()
-    with pytest.raises(InvalidInput, match="reset"):
+    with refused("reset"):
         env.step(FULL)
     env.reset(seed=0)
     list(episode(env, FULL))
-    with pytest.raises(InvalidInput, match="reset"):
+    with refused("reset"):
         env.step(FULL)
 
 
@@ -383,11 +385,8 @@ def test_a_bad_action_gets_one_line_and_leaves_the_episode_as_it_was(
     for each in (env, twin):
         each.reset(seed=1)
         each.step(good)
-    with pytest.raises(InvalidInput) as caught:
+    with refused("action ... allowed"):
         env.step(action)
-    assert "action" in str(caught.value)
-    assert "allowed" in str(caught.value)
-    assert "\n" not in str(caught.value)
     assert env.step(good)[0].tolist() == twin.step(good)[0].tolist()
 
 
@@ -430,19 +429,6 @@ def test_the_reflex_does_not_wait_for_a_late_command() -> None:
 # --- options of reset, snapshots, pictures -------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "options", [{"kye": 1}, {"key": -1}, {"key": 2**63}, {"key": 1.5}, {"key": "one"}], ids=str
-)
-def test_a_reset_option_that_cannot_be_used_gets_one_line(options: dict[str, Any]) -> None:
-    env = make()
-    with pytest.raises(InvalidInput) as caught:
-        env.reset(options=options)
-    assert "key" in str(caught.value)
-    assert "\n" not in str(caught.value)
-    env.reset(seed=0)
-    env.step(FULL)
-
-
 def test_a_snapshot_holds_the_people_present() -> None:
     env = make(people={"count": [4, 4]})
     env.reset(seed=5)
@@ -455,7 +441,7 @@ def test_a_snapshot_holds_the_people_present() -> None:
 
 
 def test_an_unknown_render_mode_is_refused() -> None:
-    with pytest.raises(InvalidInput, match=r"render_mode: given 'ansi'.*'human'"):
+    with refused("render_mode ... 'ansi' ... 'human'"):
         CorridorEnv(render_mode="ansi")
 
 

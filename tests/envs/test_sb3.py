@@ -20,7 +20,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormali
 from hazbot_gym.core.state import Floats
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.sb3 import CorridorVecEnv
-from hazbot_gym.errors import InvalidInput
+from tests.refusals import refused
 
 # Short episodes with contacts and timeouts.
 LIVELY: dict[str, Any] = {
@@ -294,13 +294,13 @@ def test_seeds_of_worlds_are_told_whether_given_or_not() -> None:
 
 @pytest.mark.parametrize("options", [3, "key", [1, 2], [{"key": 7}, None]], ids=str)
 def test_options_that_are_none_are_refused(options: Any) -> None:
-    with pytest.raises(InvalidInput, match="^reset options: given .*, allowed is a dict"):
+    with refused("reset options ... dict"):
         CorridorVecEnv(2).set_options(options)
 
 
 @pytest.mark.parametrize("seed", ["abc", 1.5, -1])
 def test_seed_that_is_none_is_refused(seed: Any) -> None:
-    with pytest.raises(InvalidInput, match="^seed: given"):
+    with refused("seed"):
         CorridorVecEnv(2, seed=seed)
 
 
@@ -321,12 +321,12 @@ def test_options_are_used_once_in_all_worlds_or_in_each() -> None:
     envs.set_options({"key": 7})
     assert envs.reset()[0] == pytest.approx(loop.reset()[0], abs=1e-6)
     for bad, complaint in (
-        ({"kye": 7}, "reset options: given kye, allowed is key"),
-        ({"key": -7}, "reset options: key: given -7, allowed"),
-        ([{"key": 7}], "reset options: given 1 keys for 3 worlds"),
+        ({"kye": 7}, "reset options ... kye ... key"),
+        ({"key": -7}, "reset options ... key ... -7"),
+        ([{"key": 7}], "reset options ... 1 keys ... 3 worlds"),
     ):
         envs.set_options(bad)
-        with pytest.raises(InvalidInput, match=complaint):
+        with refused(complaint):
             envs.reset()
 
 
@@ -350,16 +350,16 @@ def test_an_environment_is_named_by_its_id() -> None:
     assert envs.get_attr("config") == 2 * [env.unwrapped.config]
     assert envs.get_attr("spec")[0].id == "hazbot_gym/Circle-v0"
     for bad in ("hazbot_gym/Circus-v0", "CartPole-v1", "nowhere/X-v0"):
-        with pytest.raises(InvalidInput, match=f"^id: given '{bad}'"):
+        with refused(f"id ... '{bad}'"):
             CorridorVecEnv(2, id=bad)
 
 
 def test_nothing_single_can_be_changed_or_called() -> None:
     envs = CorridorVecEnv(3)
     assert envs.env_is_wrapped(Monitor) == [False, False, False]
-    with pytest.raises(InvalidInput, match=r"^set_attr: given 'config'"):
+    with refused("set_attr ... 'config'"):
         envs.set_attr("config", None)
-    with pytest.raises(InvalidInput, match=r"^env_method: given 'snapshot'"):
+    with refused("env_method ... 'snapshot'"):
         envs.env_method("snapshot")
     envs.close()
     envs.close()
@@ -367,10 +367,10 @@ def test_nothing_single_can_be_changed_or_called() -> None:
 
 def test_bad_input_is_refused_in_one_line() -> None:
     envs = CorridorVecEnv(3)
-    with pytest.raises(InvalidInput, match=r"^step: no episode has begun"):
+    with refused("step ... no episode"):
         envs.step(np.zeros((3, 1)))
     envs.reset()
-    with pytest.raises(InvalidInput, match=r"^actions: given float64 of shape"):
+    with refused("actions ... (2, 1)"):
         envs.step(np.zeros((2, 1)))
-    with pytest.raises(InvalidInput, match=r"^num_envs: given 0"):
+    with refused("num_envs ... 0"):
         CorridorVecEnv(0)

@@ -24,6 +24,7 @@ from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
 from hazbot_gym.envs.vector import CorridorVectorEnv
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.reward import TERMS
+from tests.refusals import refused
 
 GYMNASIUM = tuple(int(part) for part in gymnasium.__version__.split(".")[:2])
 IDS = [f"{NAMESPACE}/{name}" for name in ENVIRONMENTS]
@@ -259,7 +260,7 @@ def test_make_vec_keeps_the_horizon_that_was_asked_for(
 @pytest.mark.parametrize("horizon", [0, -5, "abc", 7.5, [20], True, 10**12])
 def test_horizon_that_is_none_is_refused_in_one_line(horizon: Any) -> None:
     for arguments in ({"max_episode_steps": horizon}, {"config": {"max_episode_steps": horizon}}):
-        with pytest.raises(InvalidInput, match="^max_episode_steps: given .*, input should be"):
+        with refused("max_episode_steps"):
             gymnasium.make_vec(IDS[0], 2, **arguments)
 
 
@@ -289,7 +290,7 @@ def test_seed_of_a_batch_that_was_given_none_repeats_its_episodes() -> None:
 
 
 def test_generator_that_no_world_would_draw_from_is_refused() -> None:
-    with pytest.raises(InvalidInput, match=r"^np_random: given Generator.*reset\(seed="):
+    with refused("np_random ... Generator ... reset(seed="):
         CorridorVectorEnv(2).np_random = np.random.default_rng(0)
 
 

@@ -3,7 +3,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from hazbot_gym.task.scenario import Source
 source = Source(make_config(people={"model": "social_force", "count": [4, 4]}))
 scenario = source.draw(7)
 scenario.people["reaction"] = [0, 1, 2, 3]
-walk_unattended(scenario.people, scenario.place, SocialForce(), key=1, steps=40, dt_s=0.05)
+walk_unattended(scenario.people, scenario.place, SocialForce(), key=1, steps=10, dt_s=0.05)
 """
 
 
@@ -60,8 +59,8 @@ def test_a_walk_in_parts_is_the_same_walk() -> None:
     assert np.array_equal(np.concatenate(list(parts)), walk("social_force"))
 
 
-def test_nothing_is_read_beyond_an_array_whatever_reactions_people_have(tmp_path: Path) -> None:
-    checked = {**os.environ, "NUMBA_BOUNDSCHECK": "1", "NUMBA_CACHE_DIR": str(tmp_path)}
+def test_nothing_is_read_beyond_an_array_whatever_reactions_people_have() -> None:
+    checked = {**os.environ, "NUMBA_DISABLE_JIT": "1"}  # plain Python checks every index
     done = subprocess.run(
         [sys.executable, "-c", CHECKED], env=checked, capture_output=True, text=True
     )

@@ -12,10 +12,10 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.study import store
 from hazbot_gym.study.report import page as report
 from hazbot_gym.utils import files
+from tests.refusals import refused
 
 MODULE, PICKLE = "evil:attribute", "learned:path=e.zip,allow_pickle=true"
 MARKUP = "constant:</script><img src=x onerror=alert(1)><b>bold</b>"
@@ -134,9 +134,8 @@ def test_records_of_other_types_are_one_line(finished: Path, tmp_path: Path) -> 
         (folder / store.REPORT).unlink(missing_ok=True)
         record = files.read_json(folder / name)
         files.write_json(folder / name, wrong(record))
-        with pytest.raises(InvalidInput, match="holds no finished study of this version") as told:
+        with refused("no finished study"):
             report.write_report(folder)
-        assert "\n" not in str(told.value)
         assert not (folder / store.REPORT).exists()
 
 
