@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import json
 import math
-import pickle
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,7 +13,6 @@ from hazbot_gym.core.fuzzy import kept_fraction, kept_fractions
 from hazbot_gym.core.geometry import straight_path
 from hazbot_gym.core.state import NO_PATTERN, PATTERN_NAMES, ROBOT, TRACK, Floats, records
 from hazbot_gym.policies.fuzzy_expert import (
-    PATTERN_TERMS,
     RULES,
     FuzzyExpert,
 )
@@ -227,40 +225,11 @@ def test_release_lets_the_robot_go_once_the_person_is_behind() -> None:
 # --- the policy ----------------------------------------------------------------------------------
 
 
-def test_slowest_answer_to_any_person_counts() -> None:
-    far, near = Person(2.6, 0.0, -0.5), Person(0.0, 2.0, 0.0, -0.5, BS)
-    expert = FuzzyExpert()
-    alone = [kept_by(expert, observe(person)) for person in (far, near)]
-
-    assert alone[0] > alone[1]
-    assert kept_by(expert, observe(far, near)) == min(alone)
-
-
-def test_empty_corridor_is_driven_at_full_speed() -> None:
-    assert kept_by(FuzzyExpert(), observe()) == 1.0
-
-
 def test_person_without_a_pattern_counts_only_within_the_sensitive_distance() -> None:
     expert = FuzzyExpert()
 
     assert kept_by(expert, observe(Person(1.6, 0.0, pattern=NO_PATTERN))) == 1.0
     assert kept_by(expert, observe(Person(1.4, 0.0, pattern=NO_PATTERN))) == 0.0
-
-
-@pytest.mark.parametrize("tier", ["tracks", "privileged"])
-def test_stacked_observations_get_the_actions_of_each(tier: str) -> None:
-    expert = FuzzyExpert()
-    people = [Person(d, 0.3, -0.5, 0.0, p) for d, p in ((1.2, BE), (2.2, BS), (2.6, BF), (9.0, BL))]
-    rows = np.stack([observe(person, tier=tier) for person in people])
-
-    actions, state = expert.predict(rows)
-
-    assert actions.shape == (4, 1)
-    assert actions.dtype == np.float32
-    assert state is None
-    assert np.array_equal(actions, [expert.predict(row)[0] for row in rows])
-    assert actions[0] == -1.0
-    assert -1.0 < actions[2] < actions[1] < 1.0
 
 
 @pytest.mark.parametrize("release", [False, True])
@@ -295,18 +264,3 @@ def test_scaled_expert_answers_at_a_distance_as_the_paper_s_at_the_scaled_one(sc
         answer = kept_by(FuzzyExpert(), observe(Person(distance_m, 0.0, -0.5)))
         scaled = kept_by(FuzzyExpert(scale=scale), observe(Person(distance_m * scale, 0.0, -0.5)))
         assert scaled == pytest.approx(answer, abs=1e-6)
-
-
-def test_policy_survives_pickling() -> None:
-    expert = FuzzyExpert(rules="literal8", pattern="gaussian")
-    observation = observe(Person(2.2, 0.0, -0.5))
-    before = expert.predict(observation)[0]
-    restored = pickle.loads(pickle.dumps(expert))
-
-    assert restored == expert
-    assert np.array_equal(restored.predict(observation)[0], before)
-
-
-def test_pattern_terms_stand_in_the_order_of_the_pattern_codes() -> None:
-    assert PATTERN_TERMS == ("BS", "BE", "BL", "BF")
-    assert PATTERN_NAMES == ("crossing", "encountering", "leading", "confronting")

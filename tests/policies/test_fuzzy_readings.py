@@ -137,8 +137,3 @@ def test_without_the_gate_the_tail_of_the_widest_term_slows_the_robot_far_away()
     assert min(answers) < 0.98
     assert far_m[int(np.argmin(answers))] > 3.7
     assert all(kept(FuzzyExpert(), observe(float(d))) == 1.0 for d in far_m if d > AVOIDANCE_M)
-
-
-def test_unknown_reading_is_one_line() -> None:
-    with refused("reading ... 'upside_down'"):
-        make("fuzzy_reading:reading=upside_down")

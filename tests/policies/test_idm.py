@@ -7,10 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hazbot_gym.policies import make
 from hazbot_gym.policies.idm import SOON_S, Idm
 from hazbot_gym.policies.people_seen import RADII_M
-from tests.refusals import refused
 
 Maker = Callable[..., Any]
 POLICY = Idm(headway_s=1.5, lane_m=0.6, gap_m=0.4)
@@ -58,17 +56,3 @@ def test_who_is_in_the_lane_or_about_to_be_counts(
 ) -> None:
     alone = share(POLICY, observe(v=0.4, command=0.4))
     assert (share(POLICY, observe(person, v=0.4, command=0.4)) < alone) == counts
-
-
-def test_the_strictest_counts_and_stacked_observations_get_an_action_each(observe: Maker) -> None:
-    near, far = (1.2, 0.0, 0.0, 0.0), (2.5, 0.0, 0.0, 0.0)
-    rows = [observe(*people, v=0.3, command=0.3) for people in ((), (far,), (far, near))]
-    actions, state = POLICY.predict(np.stack(rows), "kept")
-    assert actions[2] < actions[1] < actions[0]
-    assert np.array_equal(actions, [POLICY.predict(row)[0] for row in rows])
-    assert state == "kept"
-
-
-def test_a_lane_without_width_is_refused() -> None:
-    with refused("lane_m"):
-        make("idm:lane_m=0")

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from hazbot_gym.config import Config
-from hazbot_gym.policies import make, mpc
+from hazbot_gym.policies import mpc
 from hazbot_gym.policies.mpc import Mpc
 from hazbot_gym.task.observation import LAYOUTS
-from tests.refusals import refused
 
 TRACKS = LAYOUTS["tracks"]
 Maker = Callable[..., Any]
@@ -73,19 +72,5 @@ def test_places_on_the_way_lie_on_a_line_or_a_circle() -> None:
     np.testing.assert_allclose(right, left * [[1.0], [-1.0]], atol=1e-12)
 
 
-def test_stacked_observations_get_an_action_each(observe: Maker) -> None:
-    rows = np.stack([observe(*people, v=0.3, command=0.3) for people in ((), (NEAR,), (BESIDE,))])
-    actions, state = Mpc().predict(rows, "kept")
-    assert actions.shape == (3, 1)
-    assert actions[1] < actions[0]
-    assert np.array_equal(actions, [Mpc().predict(row)[0] for row in rows])
-    assert state == "kept"
-
-
 def test_plans_for_robots_of_another_nominal_speed(observe: Maker, share: Maker) -> None:
     assert share(Mpc(nominal_mps=0.8), observe(v=0.8, command=0.8)) == 1.0
-
-
-def test_a_plan_for_no_time_is_refused() -> None:
-    with refused("horizon_s"):
-        make("mpc:horizon_s=0")

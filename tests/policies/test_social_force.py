@@ -9,7 +9,6 @@ import pytest
 from hazbot_gym.core.social_force import HELBING_MOLNAR_1995
 from hazbot_gym.evaluation.rollout import evaluate
 from hazbot_gym.paper.sections.meetings.experiment import events, meet
-from hazbot_gym.policies import make
 from hazbot_gym.policies.social_force import RADII_M, SocialForceSpeed
 from hazbot_gym.task.observation import LAYOUTS
 
@@ -77,14 +76,6 @@ def test_forces_of_several_people_add_up() -> None:
     assert both == pytest.approx(sum(pushes), abs=1e-6)
 
 
-def test_stacked_observations_get_the_actions_of_each() -> None:
-    rows = np.stack([observe((c, 10.0), v=0.3) for c in (0.4, 1.0, 3.0)])
-    actions, state = SocialForceSpeed().predict(rows)
-    assert actions.shape == (3, 1)
-    assert state is None
-    assert np.array_equal(actions, [SocialForceSpeed().predict(row)[0] for row in rows])
-
-
 @pytest.mark.parametrize("clearance_m", [1.2, 0.9, 0.6, 0.3])
 def test_whoever_comes_is_answered_at_least_as_hard_as_who_stands(clearance_m: float) -> None:
     # A repulsion along the relative step cancels itself on the line of sight, and once did.
@@ -109,7 +100,3 @@ def test_it_arrives_in_the_paper_s_scenarios_on_the_drive_in_earnest() -> None:
             "social_force", "hazbot_gym/Corridor-v0", episodes=1, overrides={"scenario": scenario}
         )
         assert row["outcome"] == "arrived"
-
-
-def test_options_are_named_in_the_register() -> None:
-    assert make("social_force:strength=4") == SocialForceSpeed(strength=4.0)

@@ -33,10 +33,6 @@ def fraction(policy: Ssm, observation: Any) -> float:
 AHEAD = {"distance_m": 1.8, "bearing_cos": 1.0, "closing_mps": 1.2}
 
 
-def test_alone_it_drives_at_nominal_speed() -> None:
-    assert fraction(Ssm(), observed()) == 1.0
-
-
 def test_strict_takes_everybody_for_walking_at_the_robot() -> None:
     expected = float(permitted_speed(1.8 - 0.5, SsmThresholds())) / 0.5
     for closing_mps in (-1.0, 0.0, 1.2):
@@ -61,11 +57,3 @@ def test_the_strictest_of_several_people_counts_and_a_margin_adds_to_all() -> No
     assert fraction(Ssm(margin_m=0.3), observed(person0=AHEAD)) == pytest.approx(
         float(permitted_speed(1.0, SsmThresholds())) / 0.5, abs=1e-5
     )
-
-
-def test_stacked_observations_get_an_action_each() -> None:
-    stack = np.stack([observed(), observed(person0=AHEAD)])
-    actions, state = Ssm().predict(stack, "kept")
-    assert actions.shape == (2, 1)
-    assert actions[0, 0] == 1.0 > actions[1, 0]
-    assert state == "kept"

@@ -3,10 +3,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from hazbot_gym import policies
 from hazbot_gym.policies.stop_on_sight import StopOnSight
 from hazbot_gym.task.observation import LAYOUTS
-from tests.refusals import refused
 
 LAYOUT = LAYOUTS["sonar"]
 
@@ -46,8 +44,3 @@ def test_resumes_a_fixed_distance_farther_away_if_not_told() -> None:
     _, state = policy.predict(observed(0.9))
     assert policy.predict(observed(1.39), state)[0].item() == -1.0
     assert policy.predict(observed(1.41), state)[0].item() == 1.0
-
-
-def test_to_resume_nearer_than_to_stop_is_refused() -> None:
-    with refused("stop_m = 1.0"):
-        policies.make("stop_on_sight:stop_m=1.0,resume_m=0.5")

@@ -5,7 +5,6 @@ import pytest
 
 from hazbot_gym.policies import make
 from hazbot_gym.task.observation import LAYOUTS
-from tests.refusals import refused
 
 TRACKS = LAYOUTS["tracks"]
 
@@ -29,13 +28,3 @@ def test_it_stands_while_anybody_is_nearer_than_the_threshold(
 ) -> None:
     policy = make("stop_when_near:stop_m=1.2")
     assert policy.predict(seen(*distances_m))[0] == pytest.approx([action])
-
-
-def test_stacked_observations_are_judged_one_by_one() -> None:
-    stacked = np.stack([seen(1.0), seen(3.0)])
-    assert make("stop_when_near").predict(stacked)[0].tolist() == [[-1.0], [1.0]]
-
-
-def test_a_threshold_below_zero_is_refused() -> None:
-    with refused("stop_m"):
-        make("stop_when_near:stop_m=-1")

@@ -11,10 +11,6 @@ from hazbot_gym.policies.ttc import SHARES, Ttc
 Maker = Callable[..., Any]
 
 
-def test_alone_it_drives_at_nominal_speed(observe: Maker, share: Maker) -> None:
-    assert share(Ttc(), observe(v=0.5)) == 1.0
-
-
 @pytest.mark.parametrize(
     ("gap_m", "expected"), [(1.1, 1.0), (0.9, 0.75), (0.6, 0.5), (0.4, 0.25), (0.2, 0.0)]
 )
@@ -68,16 +64,3 @@ def test_longer_horizon_is_never_faster_towards_somebody_who_stands_or_comes(
             shares = [share(Ttc(h), person) for h in (0.5, 1.0, 2.0, 4.0)]
             assert shares == sorted(shares, reverse=True)
             assert set(shares) <= set(SHARES)
-
-
-def test_the_strictest_person_counts_and_stacked_observations_get_an_action_each(
-    observe: Maker,
-) -> None:
-    ahead, far = (1.2, 0.0, 0.0, 0.0), (3.0, 0.0, 0.0, 0.0)
-    rows = np.stack([observe(v=0.3), observe(far, v=0.3), observe(far, ahead, v=0.3)])
-    actions, state = Ttc().predict(rows, "kept")
-
-    assert actions.shape == (3, 1)
-    assert actions[2] < actions[1] <= actions[0] == 1.0
-    assert np.array_equal(actions, [Ttc().predict(row)[0] for row in rows])
-    assert state == "kept"

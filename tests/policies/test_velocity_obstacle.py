@@ -6,16 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hazbot_gym.policies import make
 from hazbot_gym.policies.ttc import Ttc
 from hazbot_gym.policies.velocity_obstacle import VelocityObstacle
-from tests.refusals import refused
 
 Maker = Callable[..., Any]
-
-
-def test_alone_it_drives_at_nominal_speed(observe: Maker, share: Maker) -> None:
-    assert share(VelocityObstacle(), observe(v=0.5)) == 1.0
 
 
 @pytest.mark.parametrize(
@@ -47,20 +41,3 @@ def test_with_all_the_responsibility_it_is_the_ttc_rule_on_a_finer_grid(observe:
 
 def test_it_stops_where_every_speed_is_forbidden(observe: Maker, share: Maker) -> None:
     assert share(VelocityObstacle(), observe((1.5, 0.0, -1.3, 0.0), v=0.5)) == 0.0
-
-
-def test_the_strictest_person_counts_and_stacked_observations_get_an_action_each(
-    observe: Maker,
-) -> None:
-    ahead, far = (1.3, 0.0, 0.0, 0.0), (3.0, 0.0, 0.0, 0.0)
-    rows = np.stack([observe(v=0.3), observe(far, v=0.3), observe(far, ahead, v=0.3)])
-    actions, state = VelocityObstacle().predict(rows, "kept")
-    assert actions[2] < actions[1] <= actions[0] == 1.0
-    assert np.array_equal(actions, [VelocityObstacle().predict(row)[0] for row in rows])
-    assert state == "kept"
-
-
-@pytest.mark.parametrize("responsibility", [0, 1.5])
-def test_shares_of_nothing_or_more_than_all_are_refused(responsibility: float) -> None:
-    with refused("responsibility"):
-        make(f"velocity_obstacle:responsibility={responsibility}")
