@@ -282,7 +282,7 @@ def _sessions(found: Record) -> str:
     return "\n".join(
         f"- `{each['command']}`: {shown(each['seconds'])} s, at most "
         f"{shown(each['peak_memory_gb'])} GB in a process, {each['prepared']} searches and "
-        f"training runs, {each['shards']} blocks of episodes, {each['decisions']} decisions."
+        f"training runs, {each['shards']} shards of episodes, {each['decisions']} decisions."
         for each in found["sessions"]
     )
 

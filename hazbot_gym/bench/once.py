@@ -16,7 +16,7 @@ import numpy as np
 from hazbot_gym.bench.cases import with_people
 from hazbot_gym.envs.vector import CorridorVectorEnv
 from hazbot_gym.errors import MissingExtra
-from hazbot_gym.evaluation.rollout import Block, run_block
+from hazbot_gym.evaluation.rollout import Shard, run_shard
 from hazbot_gym.evaluation.scenario_set import DEFAULT_SETS
 from hazbot_gym.utils import processors
 from hazbot_gym.utils.json_object import JsonObject
@@ -103,12 +103,12 @@ def memory(worlds: int, people: int, steps: int) -> Measured:
 
 def evaluation(episodes: int, turns: int) -> Measured:
     """Measure the time of an evaluation of the fuzzy expert, with records [s]."""
-    block = Block("fuzzy_expert", MIXED, first=0, episodes=episodes, seed=0)
-    run_block(block._replace(episodes=2))  # compiles or loads kernels
+    shard = Shard("fuzzy_expert", MIXED, first=0, episodes=episodes, seed=0)
+    run_shard(shard._replace(episodes=2))  # compiles or loads kernels
     seconds = []
     for _ in range(turns):
         start = time.perf_counter()
-        rows = run_block(block, threads=processors.usable())
+        rows = run_shard(shard, threads=processors.usable())
         note = _write(rows)
         seconds.append(time.perf_counter() - start)
     steps = sum(int(row["steps"]) for row in rows)

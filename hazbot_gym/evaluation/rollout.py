@@ -37,7 +37,7 @@ from hazbot_gym.utils import processors
 from hazbot_gym.utils.whole_number import whole_number
 
 
-class Block(NamedTuple):
+class Shard(NamedTuple):
     """Consecutive episodes of one policy in one scenario set: the unit of work of a study."""
 
     policy: str
@@ -83,11 +83,11 @@ def evaluate(
     if engine not in get_args(Engine):
         raise InvalidInput(f"engine: given {engine!r}, allowed are {', '.join(get_args(Engine))}")
     allowed = Permissions(allow_pickle=allow_pickle, allow_code=True)
-    block = Block(
+    shard = Shard(
         policy, scenarios, 0, episodes, seed, engine=cast(Engine, engine), allowed=allowed
     )
-    try_out(scenarios, [policy], block.engine, allowed)
-    return run_block(block, threads=processors.usable())
+    try_out(scenarios, [policy], shard.engine, allowed)
+    return run_shard(shard, threads=processors.usable())
 
 
 def _check_names(policy: object, overrides: object) -> None:
@@ -138,33 +138,33 @@ def try_out(
     return cast(CorridorEnv, env.unwrapped).config
 
 
-def run_block(block: Block, threads: int = 1) -> list[Row]:
-    """Run a block of episodes and return their rows; they depend on the block alone.
+def run_shard(shard: Shard, threads: int = 1) -> list[Row]:
+    """Run a shard of episodes and return their rows; they depend on the shard alone.
 
     Args:
-        block: what to run.
+        shard: what to run.
         threads: number of threads of the batched engine.
     """
-    policy = make_policy(block.spec or block.policy, **block.allowed._asdict())
-    indices = range(block.first, block.first + block.episodes)
-    seeds = [episode_seed(block.seed, block.scenarios.name, index) for index in indices]
-    if block.engine == "batched":
-        config, limit = resolve(block.scenarios)
+    policy = make_policy(shard.spec or shard.policy, **shard.allowed._asdict())
+    indices = range(shard.first, shard.first + shard.episodes)
+    seeds = [episode_seed(shard.seed, shard.scenarios.name, index) for index in indices]
+    if shard.engine == "batched":
+        config, limit = resolve(shard.scenarios)
         runs = batch_rollout.run_episodes(config, policy, seeds, limit=limit, threads=threads)
     else:
-        env = make_env(block.scenarios)
+        env = make_env(shard.scenarios)
         runs = (run_episode(env, policy, seed) for seed in seeds)
     return [
         {
-            "policy": block.policy,
-            "training_seed": block.training_seed,
-            "scenario_set": block.scenarios.name,
-            "env": block.scenarios.env,
+            "policy": shard.policy,
+            "training_seed": shard.training_seed,
+            "scenario_set": shard.scenarios.name,
+            "env": shard.scenarios.env,
             "episode": index,
             "seed": seed,
-            "scenario": scenario_id(block.scenarios.name, index),
+            "scenario": scenario_id(shard.scenarios.name, index),
             **labels,
-            **measure(episode, block.ssm),
+            **measure(episode, shard.ssm),
         }
         for index, seed, (episode, labels) in zip(indices, seeds, runs, strict=True)
     ]

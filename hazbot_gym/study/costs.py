@@ -23,7 +23,7 @@ class Session(NamedTuple):
     command: str
     seconds: float
     prepared: int  # searches and training runs
-    shards: int  # blocks of episodes
+    shards: int  # consecutive episodes of one policy in one scenario set
     decisions: int  # of all episodes of the study
 
 

@@ -1,6 +1,6 @@
 """Study runner: several policies over the same scenarios, on all cores, resumable.
 
-Episodes run in blocks; a block's rows depend on the block alone, so that results depend neither on
+Episodes run in shards; a shard's rows depend on the shard alone, so that results depend neither on
 the number of workers nor on interruptions.
 """
 
@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rich.console import Console
 
-from hazbot_gym.evaluation.oracle.runs import Stretch, run_stretch
+from hazbot_gym.evaluation.oracle.runs import OracleShard, run_oracle_shard
 from hazbot_gym.evaluation.oracle.trajectory_search import Effort
-from hazbot_gym.evaluation.rollout import Block, run_block, try_out
+from hazbot_gym.evaluation.rollout import Shard, run_shard, try_out
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.evaluation.workers import processes
 from hazbot_gym.policies.base import NO_CODE, Permissions
@@ -40,19 +40,22 @@ if TYPE_CHECKING:
 
 
 Rows = list[JsonObject]
-SCENARIOS_PER_STRETCH = 5  # of the oracle: an interruption costs at most half a minute
+SCENARIOS_PER_ORACLE_SHARD = 5  # an interruption costs at most half a minute
 
 
-class Shard(NamedTuple):
-    """A block of episodes or oracle drives, and the file of its rows."""
+class StoredShard(NamedTuple):
+    """A shard of episodes or oracle drives, and the file of its rows."""
 
-    block: Block | Stretch
+    work: Shard | OracleShard
     path: Path
     stamp: str
 
     def read(self) -> pd.DataFrame | store.Missing:
         """Return the rows, or the reason of their absence."""
-        return store.read_rows(self.path, rows=self.block.episodes, stamp=self.stamp)
+        return store.read_rows(self.path, rows=self.work.episodes, stamp=self.stamp)
+
+
+Done = tuple[StoredShard, Rows]  # a shard that was run, and its rows
 
 
 def run_study(
@@ -137,7 +140,7 @@ def _run_study(
 
 def plan(
     study: StudyConfig, out: Path, taking_part: list[Entrant], stamps: Stamps | None = None
-) -> Iterator[Shard]:
+) -> Iterator[StoredShard]:
     """Yield the shards of a study, grouped by scenario set.
 
     Policies of the fronts' sweeps only run in the fronts' sets.
@@ -153,18 +156,18 @@ def plan(
         ):
             for first in range(0, episodes, study.episodes_per_shard):
                 count = min(study.episodes_per_shard, episodes - first)
-                block = Block(
+                shard = Shard(
                     name, scenarios, first, count, seed, study.ssm, study.engine, spec,
                     training_seed, stamps.allowed,
                 )  # fmt: skip
                 path = _file(out, "rows", name, scenarios, training_seed, first)
-                values = {**block._asdict(), "scenarios": None, "spec": "", "allowed": NO_CODE}
-                yield Shard(block, path, stamps.of(values, scenarios, spec))
+                values = {**shard._asdict(), "scenarios": None, "spec": "", "allowed": NO_CODE}
+                yield StoredShard(shard, path, stamps.of(values, scenarios, spec))
 
 
 def plan_yardstick(
     study: StudyConfig, out: Path, taking_part: list[Entrant], stamps: Stamps | None = None
-) -> Iterator[Shard]:
+) -> Iterator[StoredShard]:
     """Yield the shards of oracle drives, few scenarios each since they are slow."""
     if study.yardstick is None:
         return
@@ -174,14 +177,14 @@ def plan_yardstick(
     effort = Effort(wanted.worlds, wanted.rounds)
     for scenarios in study.sets_named(wanted.sets):
         episodes = min(wanted.episodes, study.episodes_in(scenarios))
-        for first in range(0, episodes, SCENARIOS_PER_STRETCH):
-            count, seed = min(SCENARIOS_PER_STRETCH, episodes - first), _seed(study, scenarios)
-            stretch = Stretch(
+        for first in range(0, episodes, SCENARIOS_PER_ORACLE_SHARD):
+            count, seed = min(SCENARIOS_PER_ORACLE_SHARD, episodes - first), _seed(study, scenarios)
+            shard = OracleShard(
                 scenarios, first, count, seed, specs, effort, study.ssm, stamps.allowed
             )
             path = _file(out, "yardstick", "best drive", scenarios, first)
-            values = {**stretch._asdict(), "scenarios": None, "specs": (), "allowed": NO_CODE}
-            yield Shard(stretch, path, stamps.of(values, scenarios, *specs))
+            values = {**shard._asdict(), "scenarios": None, "specs": (), "allowed": NO_CODE}
+            yield StoredShard(shard, path, stamps.of(values, scenarios, *specs))
 
 
 def rehearse(study: StudyConfig, allowed: Permissions = NO_CODE) -> dict[str, object]:
@@ -221,14 +224,14 @@ def manifest(study: StudyConfig, environments: dict[str, object]) -> dict[str, o
     }
 
 
-def rows_of(block: Block | Stretch, threads: int = 1) -> Rows:
+def rows_of(shard: Shard | OracleShard, threads: int = 1) -> Rows:
     """Run a unit of work and return its rows."""
-    if isinstance(block, Stretch):
-        return run_stretch(block)
-    return [dict(row) for row in run_block(block, threads)]
+    if isinstance(shard, OracleShard):
+        return run_oracle_shard(shard)
+    return [dict(row) for row in run_shard(shard, threads)]
 
 
-def _missing(shards: list[Shard], console: Console) -> list[Shard]:
+def _missing(shards: list[StoredShard], console: Console) -> list[StoredShard]:
     """Return the shards to run, and report kept and repeated shards."""
     states = [(shard, shard.read()) for shard in shards]
     missing = [shard for shard, state in states if isinstance(state, store.Missing)]
@@ -253,36 +256,36 @@ def _prepare(waiting: list[Job], *, workers: int, console: Console) -> None:
             progress.advance(task)
 
 
-def _run(shards: list[Shard], stamps: Stamps, *, workers: int, console: Console) -> None:
+def _run(shards: list[StoredShard], stamps: Stamps, *, workers: int, console: Console) -> None:
     """Run shards and write each as soon as it is finished."""
     if not shards:
         return
-    # Processes start slowly; a single block uses the engine's threads instead.
+    # Processes start slowly; a single shard uses the engine's threads instead.
     run = _run_in_processes if len(shards) > 1 and workers > 1 else _run_here
     with terminal.progress_bar(console) as progress:
-        task = progress.add_task("episodes", total=sum(shard.block.episodes for shard in shards))
+        task = progress.add_task("episodes", total=sum(shard.work.episodes for shard in shards))
         with contextlib.closing(run(shards, workers)) as done:
             for shard, rows in done:
                 stamps.check()
                 store.write_rows(shard.path, rows, shard.stamp)
-                progress.advance(task, shard.block.episodes)
+                progress.advance(task, shard.work.episodes)
 
 
-def _run_here(shards: list[Shard], workers: int) -> Generator[tuple[Shard, Rows]]:
+def _run_here(shards: list[StoredShard], workers: int) -> Generator[Done]:
     """Yield shards and their rows, one after the other."""
     for shard in shards:
-        yield shard, rows_of(shard.block, threads=workers)
+        yield shard, rows_of(shard.work, threads=workers)
 
 
-def _run_in_processes(shards: list[Shard], workers: int) -> Generator[tuple[Shard, Rows]]:
+def _run_in_processes(shards: list[StoredShard], workers: int) -> Generator[Done]:
     """Yield shards and their rows from parallel processes, in order of completion."""
     with processes(min(workers, len(shards))) as pool:
-        running = {pool.submit(rows_of, shard.block): shard for shard in shards}
+        running = {pool.submit(rows_of, shard.work): shard for shard in shards}
         for future in as_completed(running):
             yield running[future], future.result()
 
 
-def _read(shard: Shard) -> pd.DataFrame:
+def _read(shard: StoredShard) -> pd.DataFrame:
     rows = shard.read()
     if isinstance(rows, store.Missing):
         raise OSError(f"{shard.path} was {rows.reason} right after it was written")
@@ -298,7 +301,7 @@ def _specs(taking_part: list[Entrant]) -> list[tuple[str, str, int]]:
     ]
 
 
-def _stamp_of(shards: list[Shard], episodes: Path) -> str:
+def _stamp_of(shards: list[StoredShard], episodes: Path) -> str:
     """Return the stamp of the aggregated results: of all shards' stamps and of the rows."""
     parts = [*(shard.stamp for shard in shards), provenance.digest(episodes)]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]

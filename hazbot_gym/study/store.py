@@ -1,7 +1,7 @@
 """Files of a study: complete or absent, never half-written, never mixed with another study's.
 
     OUT/manifest.json     provenance: config, seeds, versions, commit, start time
-    OUT/shards/*.parquet  rows of one policy in one set, a block of episodes each
+    OUT/shards/*.parquet  rows of one policy in one set, consecutive episodes each
     OUT/episodes.parquet  all rows
     OUT/yardstick.parquet oracle drives, one row per scenario, if requested
     OUT/summary.json      means and intervals, byte for byte the same for the same study

@@ -146,10 +146,10 @@ def _next_options(space: Space, trials: list[Record], seed: int) -> dict[str, ob
 
 def judge(policy: str, search: Search, threads: int) -> dict[str, float | None]:
     """Return the headline metrics of a policy over all validation scenarios."""
-    blocks = [
-        rollout.Block(policy, each, 0, search.episodes, each.seed or 0) for each in search.sets
+    shards = [
+        rollout.Shard(policy, each, 0, search.episodes, each.seed or 0) for each in search.sets
     ]
-    return means([row for block in blocks for row in rollout.run_block(block, threads)])
+    return means([row for shard in shards for row in rollout.run_shard(shard, threads)])
 
 
 def _record(search: Search, trials: list[Record]) -> Record:

@@ -9,7 +9,7 @@ import pytest
 
 from hazbot_gym.evaluation import batch_rollout
 from hazbot_gym.evaluation.batch_rollout import run_episodes
-from hazbot_gym.evaluation.rollout import Block, evaluate, resolve, run_block
+from hazbot_gym.evaluation.rollout import Shard, evaluate, resolve, run_shard
 from hazbot_gym.evaluation.scenario_set import DEFAULT_SETS, ScenarioSet
 from hazbot_gym.policies.constant import Constant
 from tests.refusals import refused
@@ -70,9 +70,9 @@ def mine(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("policy", ["fuzzy_expert", "constant:1.0"])
 @pytest.mark.parametrize("scenarios", [*DEFAULT_SETS[::2], *REPLAYS], ids=lambda s: s.name)
 def test_both_engines_give_the_same_rows(scenarios: ScenarioSet, policy: str) -> None:
-    block = Block(policy, scenarios, first=2, episodes=3, seed=7)
-    batched = run_block(block, threads=2)
-    reference = run_block(block._replace(engine="pymunk"))
+    shard = Shard(policy, scenarios, first=2, episodes=3, seed=7)
+    batched = run_shard(shard, threads=2)
+    reference = run_shard(shard._replace(engine="pymunk"))
     for row, expected in zip(batched, reference, strict=True):
         assert row.keys() == expected.keys()
         for name, value in expected.items():
@@ -81,10 +81,10 @@ def test_both_engines_give_the_same_rows(scenarios: ScenarioSet, policy: str) ->
 
 
 def test_rounds_of_worlds_change_no_row(monkeypatch: pytest.MonkeyPatch) -> None:
-    block = Block("constant:1.0", DEFAULT_SETS[4], first=0, episodes=5, seed=7)
-    whole = run_block(block)
+    shard = Shard("constant:1.0", DEFAULT_SETS[4], first=0, episodes=5, seed=7)
+    whole = run_shard(shard)
     monkeypatch.setattr(batch_rollout, "MOST_WORLDS", 2)  # two rounds and a half
-    np.testing.assert_equal(run_block(block), whole)
+    np.testing.assert_equal(run_shard(shard), whole)
 
 
 def test_a_policy_gets_its_state_back_and_is_told_where_episodes_start() -> None:

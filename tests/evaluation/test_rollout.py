@@ -7,13 +7,13 @@ import pytest
 
 from hazbot_gym.evaluation.episode import PERSON_COLUMNS, X, stack_people
 from hazbot_gym.evaluation.rollout import (
-    Block,
+    Shard,
     environment_ids,
     episode_seed,
     evaluate,
     make_env,
-    run_block,
     run_episode,
+    run_shard,
     scenario_set,
 )
 from hazbot_gym.evaluation.scenario_set import DEFAULT_SETS, ScenarioSet
@@ -84,16 +84,16 @@ def test_a_policy_gets_its_state_back_and_is_told_where_an_episode_starts() -> N
 
 @pytest.mark.parametrize("engine", ["batched", "pymunk"])
 def test_rows_do_not_depend_on_how_episodes_are_cut_into_blocks(engine: Any) -> None:
-    block = Block("constant:0.5", CROSSING, first=0, episodes=3, seed=5, engine=engine)
-    whole = run_block(block, threads=2)
-    first = run_block(block._replace(episodes=1))
-    rest = run_block(block._replace(first=1, episodes=2))
+    shard = Shard("constant:0.5", CROSSING, first=0, episodes=3, seed=5, engine=engine)
+    whole = run_shard(shard, threads=2)
+    first = run_shard(shard._replace(episodes=1))
+    rest = run_shard(shard._replace(first=1, episodes=2))
     np.testing.assert_equal(first + rest, whole)
 
 
 def test_all_policies_meet_the_same_scenarios() -> None:
     slow, fast = (
-        run_block(Block(policy, CROSSING, first=0, episodes=2, seed=5))
+        run_shard(Shard(policy, CROSSING, first=0, episodes=2, seed=5))
         for policy in ("constant:0.25", "constant:1.0")
     )
     assert [row["scenario_key"] for row in slow] == [row["scenario_key"] for row in fast]
@@ -105,7 +105,7 @@ def test_evaluation_meets_the_scenarios_of_the_study() -> None:
         (alone,) = evaluate(
             "constant", scenarios.env, episodes=1, seed=3, overrides=scenarios.overrides
         )
-        (within,) = run_block(Block("constant", scenarios, first=0, episodes=1, seed=3))
+        (within,) = run_shard(Shard("constant", scenarios, first=0, episodes=1, seed=3))
         np.testing.assert_equal(alone, within)
 
 

@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 
 from hazbot_gym.evaluation import batch_rollout
-from hazbot_gym.evaluation.rollout import Block, run_block
+from hazbot_gym.evaluation.rollout import Shard, run_shard
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.policies import Permissions
 from hazbot_gym.study import replays, store
@@ -97,8 +97,8 @@ def test_discrete_speeds_are_replayed() -> None:
         name="levels", env="hazbot_gym/Crossing-v0", overrides={"action_type": "discrete"}
     )
     study = StudyConfig(policies=("constant:0.4", "stop_on_sight"), sets=(scenarios,))
-    blocks = [Block(policy, scenarios, 0, 2, study.seed) for policy in study.policies]
-    rows = pd.DataFrame([row for block in blocks for row in run_block(block)])
+    shards = [Shard(policy, scenarios, 0, 2, study.seed) for policy in study.policies]
+    rows = pd.DataFrame([row for shard in shards for row in run_shard(shard)])
     (first, *_) = replay(study, choices(study, rows, None)[0], rows, specs(study))
     assert set(first.runs) == set(study.policies)
     assert all(run.is_recorded for run in first.runs.values())
@@ -130,10 +130,10 @@ def test_a_policy_that_does_not_repeat_itself_is_named_and_marked(
     name = f"{__name__}:Whimsical"
     study = StudyConfig(policies=("constant:0.4", name), sets=(scenarios,))
     allowed, console = Permissions(allow_code=True), Console(width=200)
-    blocks = [
-        Block(policy, scenarios, 0, 2, study.seed, allowed=allowed) for policy in study.policies
+    shards = [
+        Shard(policy, scenarios, 0, 2, study.seed, allowed=allowed) for policy in study.policies
     ]
-    rows = pd.DataFrame([row for block in blocks for row in run_block(block)])
+    rows = pd.DataFrame([row for shard in shards for row in run_shard(shard)])
     path = tmp_path / store.REPLAYS
     replays.record(
         study,

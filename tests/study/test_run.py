@@ -15,7 +15,7 @@ from hazbot_gym.evaluation import workers
 from hazbot_gym.policies.base import NO_CODE, Permissions
 from hazbot_gym.study import candidates, store
 from hazbot_gym.study.config import StudyConfig, Yardstick, load_study
-from hazbot_gym.study.run import Shard, plan, plan_yardstick, run_study
+from hazbot_gym.study.run import StoredShard, plan, plan_yardstick, run_study
 from hazbot_gym.study.stamps import Stamps
 from hazbot_gym.utils import files, provenance
 from tests.refusals import refused
@@ -32,17 +32,17 @@ STUDY = load_study(
 
 
 class InlinePool:
-    """Runs blocks at once in this process, which is quicker than starting others."""
+    """Runs shards at once in this process, which is quicker than starting others."""
 
-    blocks: ClassVar[list[Any]] = []
+    shards: ClassVar[list[Any]] = []
 
     def __init__(self, *args: object, **kwargs: object) -> None:
-        InlinePool.blocks = []
+        InlinePool.shards = []
 
-    def submit(self, run: Callable[[Any], Any], block: Any) -> Future[Any]:
+    def submit(self, run: Callable[[Any], Any], shard: Any) -> Future[Any]:
         future: Future[Any] = Future()
-        future.set_result(run(block))
-        self.blocks.append(block)
+        future.set_result(run(shard))
+        self.shards.append(shard)
         return future
 
     def shutdown(self, **kwargs: object) -> None:
@@ -52,7 +52,7 @@ class InlinePool:
 @pytest.fixture
 def inline(monkeypatch: pytest.MonkeyPatch) -> type[InlinePool]:
     monkeypatch.setattr(workers, "ProcessPoolExecutor", InlinePool)
-    monkeypatch.setattr(InlinePool, "blocks", [])
+    monkeypatch.setattr(InlinePool, "shards", [])
     return InlinePool
 
 
@@ -64,7 +64,7 @@ def parallel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-def planned(out: Path) -> Iterator[Shard]:
+def planned(out: Path) -> Iterator[StoredShard]:
     return plan(STUDY, out, candidates.entrants(STUDY, out))
 
 
@@ -143,13 +143,13 @@ def test_a_single_shard_runs_in_this_process_on_threads(
         run_study(study, tmp_path / str(count), workers=count)
     one, two = (contents(tmp_path / str(count)) for count in (1, 2))
     assert {name for name in one if one[name] != two[name]} <= {store.MANIFEST, store.COSTS}
-    assert inline.blocks == []
+    assert inline.shards == []
 
 
 def test_a_finished_study_is_not_run_again(inline: type[InlinePool], parallel: Path) -> None:
     before = contents(parallel)
     text = said(lambda console: run_study(STUDY, parallel, console=console))
-    assert inline.blocks == []
+    assert inline.shards == []
     assert "8 of 8 shards are done already" in text
     assert contents(parallel) == before
 
@@ -174,7 +174,7 @@ def test_an_interrupted_study_goes_on_where_it_stopped(
     assert len(list((tmp_path / store.SHARDS).iterdir())) == 3
 
     run_study(STUDY, tmp_path)
-    assert len(inline.blocks) == 5
+    assert len(inline.shards) == 5
     assert (tmp_path / store.SUMMARY).read_bytes() == (parallel / store.SUMMARY).read_bytes()
 
 
@@ -187,7 +187,7 @@ def test_a_damaged_shard_is_run_again_and_said_so(inline: type[InlinePool], tmp_
     text = said(lambda console: run_study(STUDY, tmp_path, console=console))
     assert "6 of 8 shards are done already" in text
     assert "1 damaged shard" in text
-    assert len(inline.blocks) == 2
+    assert len(inline.shards) == 2
     after = contents(tmp_path)
     changed = {name for name in after if after[name] != before[name]}
     assert changed <= {store.MANIFEST, store.COSTS}
@@ -200,7 +200,7 @@ def test_results_of_other_code_are_run_again_and_said_so(
     monkeypatch.setattr(provenance, "stamp", lambda data: "of other code")
     text = said(lambda console: run_study(STUDY, tmp_path, console=console))
     assert "8 shards of other code or data are run again" in text
-    assert len(inline.blocks) == 8
+    assert len(inline.shards) == 8
 
 
 def test_results_are_withdrawn_until_what_they_rest_on_is_complete(
@@ -238,10 +238,10 @@ def test_an_edited_policy_of_ones_own_is_run_again_and_no_other(
         episodes_per_shard=1,
     )
     run_study(study, tmp_path / "out", allowed=CODE)
-    assert len(inline.blocks) == 4
+    assert len(inline.shards) == 4
     source.write_text(text + "# better\n")
     run_study(study, tmp_path / "out", allowed=CODE)
-    assert [block.policy for block in inline.blocks] == ["my_policy_under_test:Mine"] * 2
+    assert [shard.policy for shard in inline.shards] == ["my_policy_under_test:Mine"] * 2
 
 
 def test_an_edited_place_is_run_again_and_no_other_set(
@@ -269,7 +269,7 @@ def test_no_number_and_no_stamp_depends_on_what_is_allowed(tmp_path: Path) -> No
         for allowed in (CODE, NO_CODE)
     ]
     assert [each.stamp for each in plans[0]] == [each.stamp for each in plans[1]]
-    assert {each.block.allowed for each in plans[0]} == {CODE}
+    assert {each.work.allowed for each in plans[0]} == {CODE}
 
 
 @pytest.mark.slow
@@ -299,7 +299,7 @@ def test_a_folder_of_another_study_is_refused_and_left_alone(
     before = contents(parallel)
     with refused("holds another study"):
         run_study(STUDY.model_copy(update={"seed": 9}), parallel)
-    assert inline.blocks == []
+    assert inline.shards == []
     assert contents(parallel) == before
 
 

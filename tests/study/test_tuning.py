@@ -96,5 +96,5 @@ def test_policies_are_judged_on_the_bank_s_validation_scenarios(tmp_path: Path) 
     assert [each.name.partition("/")[0] for each in VALIDATION] == ["validation"] * 4
     search = Search("constant", trials=1, episodes=2, sets=VALIDATION[:1])
     record = tune(search, tmp_path / "c.json")
-    block = rollout.Block("constant:fraction=1.0", VALIDATION[0], 0, 2, bank_sets.ROOT)
-    assert record["best"]["return"] == means(rollout.run_block(block))["return"]
+    shard = rollout.Shard("constant:fraction=1.0", VALIDATION[0], 0, 2, bank_sets.ROOT)
+    assert record["best"]["return"] == means(rollout.run_shard(shard))["return"]

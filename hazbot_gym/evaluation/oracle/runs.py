@@ -30,7 +30,7 @@ from hazbot_gym.task.action import action_of_speed
 from hazbot_gym.task.scenario import Source
 
 
-class Stretch(NamedTuple):
+class OracleShard(NamedTuple):
     """Consecutive scenarios of a set for the oracle: a unit of work."""
 
     scenarios: ScenarioSet
@@ -43,31 +43,31 @@ class Stretch(NamedTuple):
     allowed: Permissions = NO_CODE  # permissions of the policies
 
 
-def run_stretch(stretch: Stretch) -> list[dict[str, object]]:
+def run_oracle_shard(shard: OracleShard) -> list[dict[str, object]]:
     """Return one row per scenario: metrics of the best drive.
 
     ``bound`` is its return, ``is_exact`` marks a proven optimum, and ``actions`` is the plan in
     [-1, 1].
     """
-    config, limit = resolve(stretch.scenarios)
-    indices = range(stretch.first, stretch.first + stretch.episodes)
-    seeds = [episode_seed(stretch.seed, stretch.scenarios.name, index) for index in indices]
+    config, limit = resolve(shard.scenarios)
+    indices = range(shard.first, shard.first + shard.episodes)
+    seeds = [episode_seed(shard.seed, shard.scenarios.name, index) for index in indices]
     is_exact = is_exact_for(config)
-    best = _exact(config, seeds) if is_exact else _searched(config, seeds, stretch)
+    best = _exact(config, seeds) if is_exact else _searched(config, seeds, shard)
     longest = max(len(found.actions) for found in best)
     plans = np.stack([_lengthened(found.actions, longest) for found in best])
     played = batch_rollout.run_episodes(config, Plan(plans), seeds, limit=limit, threads=1)
     return [
         {
-            "scenario_set": stretch.scenarios.name,
+            "scenario_set": shard.scenarios.name,
             "episode": index,
             "seed": seed,
-            "scenario": scenario_id(stretch.scenarios.name, index),
+            "scenario": scenario_id(shard.scenarios.name, index),
             "is_exact": int(is_exact),
             "bound": found.value,
             "actions": found.actions.tolist(),
             **labels,
-            **measure(episode, stretch.ssm),
+            **measure(episode, shard.ssm),
         }
         for index, seed, found, (episode, labels) in zip(indices, seeds, best, played, strict=True)
     ]
@@ -89,11 +89,11 @@ def _exact(config: Config, seeds: Sequence[int]) -> list[trajectory_search.Found
 
 
 def _searched(
-    config: Config, seeds: Sequence[int], stretch: Stretch
+    config: Config, seeds: Sequence[int], shard: OracleShard
 ) -> list[trajectory_search.Found]:
     """Return the best plan found for each scenario, starting from the policies' actions."""
     limit = config.max_episode_steps
-    policies = [make_policy(spec, **stretch.allowed._asdict()) for spec in stretch.specs]
+    policies = [make_policy(spec, **shard.allowed._asdict()) for spec in shard.specs]
     drives = [
         [
             _lengthened(_commanded(episode, config), limit)
@@ -105,7 +105,7 @@ def _searched(
     ]
     return [
         trajectory_search.search(
-            config, seed, np.stack(starts), np.random.default_rng(seed), stretch.effort
+            config, seed, np.stack(starts), np.random.default_rng(seed), shard.effort
         )
         for seed, starts in zip(seeds, zip(*drives, strict=True), strict=True)
     ]

@@ -10,7 +10,7 @@ import pytest
 
 from hazbot_gym.evaluation import batch_rollout
 from hazbot_gym.evaluation.open_loop import Plan
-from hazbot_gym.evaluation.oracle.runs import Stretch, run_stretch
+from hazbot_gym.evaluation.oracle.runs import OracleShard, run_oracle_shard
 from hazbot_gym.evaluation.oracle.trajectory_search import Effort, search
 from hazbot_gym.evaluation.rollout import resolve
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
@@ -61,7 +61,7 @@ def test_search_keeps_what_it_began_with_and_only_gets_better() -> None:
 
 def test_searched_drives_are_no_worse_than_the_policies_they_begin_with() -> None:
     specs = ("fuzzy_expert", "constant:0.5")
-    rows = run_stretch(Stretch(REACTING, 0, 2, 5, specs, EFFORT))
+    rows = run_oracle_shard(OracleShard(REACTING, 0, 2, 5, specs, EFFORT))
     assert [row["is_exact"] for row in rows] == [0, 0]
     for spec in specs:
         mine = returns_of(REACTING, make(spec), [int(row["seed"]) for row in rows])
@@ -70,7 +70,7 @@ def test_searched_drives_are_no_worse_than_the_policies_they_begin_with() -> Non
 
 
 def test_exact_drives_earn_their_bound_and_nobody_earns_more() -> None:
-    (row,) = run_stretch(Stretch(SCRIPTED, 0, 1, 5, ("fuzzy_expert",), EFFORT))
+    (row,) = run_oracle_shard(OracleShard(SCRIPTED, 0, 1, 5, ("fuzzy_expert",), EFFORT))
     assert row["is_exact"] == 1
     assert row["return"] == pytest.approx(float(row["bound"]), abs=1e-5)
     for spec in ("fuzzy_expert", "constant:0.5", "constant:1.0", "ssm"):

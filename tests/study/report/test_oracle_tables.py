@@ -87,7 +87,7 @@ def test_everybodys_worst_episode_can_be_seen(study: report.Study) -> None:
 
 def test_the_page_says_by_which_command_and_what_it_took(page: str) -> None:
     assert "hazbot study --config mine.yaml" in page
-    assert "blocks of episodes" in page
+    assert "shards of episodes" in page
 
 
 def test_a_browser_draws_all_of_it(browser: Any, page: str, tmp_path: Path) -> None:
