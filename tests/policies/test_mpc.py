@@ -1,15 +1,21 @@
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from hazbot_gym.config import Config
+from hazbot_gym.core.state import PERSON, PERSON_RADIUS_M, PRESENT, ROBOT, records
 from hazbot_gym.policies import mpc
 from hazbot_gym.policies.mpc import Mpc
 from hazbot_gym.task.observation import LAYOUTS
+from hazbot_gym.task.reward import TERMS, reward_terms
+from hazbot_gym.task.step_record import STEP
 
 TRACKS = LAYOUTS["tracks"]
 Maker = Callable[..., Any]
@@ -21,6 +27,45 @@ def test_weights_are_those_of_the_reward() -> None:
     assert weights.progress == mpc.PROGRESS
     assert weights.smoothness == -mpc.SMOOTHNESS
     assert weights.contact == -mpc.CONTACT
+
+
+def planned_return(levels: tuple[int, ...], x: float, y: float) -> float:
+    """Return the sum of progress, smoothness and intrusion of ``reward_terms`` in a plan.
+
+    Args:
+        levels: Speed at the start and after each stage of 0.2 s, in fifths of the nominal speed.
+        x: Position of a person ahead [m].
+        y: To the left [m].
+    """
+    robot, people = records(ROBOT, 1).view(np.recarray), records(PERSON, 1).view(np.recarray)
+    step, terms, found = records(STEP, 1).view(np.recarray), np.zeros(len(TERMS)), 0.0
+    people[0].status, people[0].radius, people[0].x, people[0].y = PRESENT, PERSON_RADIUS_M, x, y
+    step[0].nominal_speed_mps = 0.5
+    for before, after in itertools.pairwise(levels):
+        robot[0].v = 0.1 * after
+        robot[0].x += 0.1 * (before + after) / 2 * 0.2
+        step[0].progress, step[0].command_change = (before + after) / 10, (after - before) / 5
+        reward_terms(robot[0], people, step[0], terms)
+        weights = Config().reward
+        each = weights.progress * terms[0] + weights.intrusion * terms[1]
+        found += each * 2 + weights.smoothness * terms[3]
+    return found
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.integers(0, 5), st.floats(-0.5, 2.0), st.floats(0.6, 2.0))
+def test_its_first_speed_begins_the_plan_that_the_reward_finds_best(
+    observe: Maker, share: Maker, level: int, x: float, y: float
+) -> None:
+    plans: dict[int, float] = {}
+    for levels in itertools.product(range(6), repeat=3):
+        chain = (level, *levels)
+        if all(-2 <= after - before <= 1 for before, after in itertools.pairwise(chain)):
+            value = planned_return(chain, x, y)
+            plans[levels[0]] = max(value, plans.get(levels[0], -np.inf))
+    policy = Mpc(intrusion=-Config().reward.intrusion, horizon_s=0.6)
+    first = round(5 * share(policy, observe((x, y, 0.0, 0.0), v=0.1 * level, command=0.1 * level)))
+    assert plans[first] == pytest.approx(max(plans.values()), abs=1e-3)
 
 
 @pytest.mark.parametrize(("v", "expected"), [(0.0, 0.2), (0.2, 0.6), (0.4, 1.0), (0.5, 1.0)])

@@ -58,6 +58,7 @@ from hazbot_gym.task.reward import (
     nearest_clearance,
 )
 from hazbot_gym.task.scenario import Scenario
+from hazbot_gym.task.step_record import Rules, rules_of
 
 UNIT_TOLERANCE = 1e-6  # of a unit, tolerance between distances and the lattice
 BLOCK = 512  # places processed together
@@ -103,8 +104,7 @@ def optimum(config: Config, scenario: Scenario, key: int, *, with_speeds: bool =
         goal=goal,
         reach=int(lattice.ways.max()),
         decisions=decisions,
-        nominal_mps=config.drive.nominal_speed_mps,
-        decision_s=clock.decision_s,
+        rules=rules_of(config),
         physics_s=clock.physics_s,
         physics_per_social=clock.physics_per_social,
         social_per_decision=clock.social_per_decision,
@@ -123,8 +123,7 @@ class _Problem(NamedTuple):
     goal: int  # units to the goal
     reach: int  # units of the longest way in a decision
     decisions: int  # allowed
-    nominal_mps: float
-    decision_s: float
+    rules: Rules
     physics_s: float
     physics_per_social: int
     social_per_decision: int
@@ -246,12 +245,12 @@ def _look(
 @scalar
 def _may_touch(robot: RobotRecord, people: Records, problem: _Problem) -> bool:
     """Return True if a person who is clear of the robot now may touch it within a decision."""
-    own_way_m = problem.nominal_mps * problem.decision_s
+    own_way_m = problem.rules.nominal_speed_mps * problem.rules.decision_s
     for i in range(people.shape[0]):
         me = people[i]
         if me.status != PRESENT:
             continue
-        reach_m, ahead_s = me.radius + ROBOT_RADIUS_M, HURRY * problem.decision_s
+        reach_m, ahead_s = me.radius + ROBOT_RADIUS_M, HURRY * problem.rules.decision_s
         x, y = nearest_on_segment(
             robot.x, robot.y, me.x, me.y, me.x + ahead_s * me.vx, me.y + ahead_s * me.vy
         )
@@ -262,12 +261,16 @@ def _may_touch(robot: RobotRecord, people: Records, problem: _Problem) -> bool:
 
 
 @scalar
-def _terms(
-    level: int, following: int, lattice: Lattice, weights: Floats, problem: _Problem
+def reward_of(
+    level: int, following: int, lattice: Lattice, weights: Floats, rules: Rules
 ) -> tuple[float, float]:
-    """Return the reward of a decision without people, and its slope over the depth of intrusion."""
-    nominal_mps = problem.nominal_mps
-    advance = lattice.ways[level, following] * lattice.unit_m / (nominal_mps * problem.decision_s)
+    """Return the reward of a decision without people, and its slope over the depth of intrusion.
+
+    The sum of these terms of ``task/reward.py``, written out so that places compile to vector
+    instructions.
+    """
+    nominal_mps = rules.nominal_speed_mps
+    advance = lattice.ways[level, following] * lattice.unit_m / (nominal_mps * rules.decision_s)
     change = (lattice.speeds_mps[following] - lattice.speeds_mps[level]) / nominal_mps
     sure = weights[PROGRESS] * advance + weights[SMOOTHNESS] * change * change
     return sure, weights[INTRUSION] * lattice.speeds_mps[following] / nominal_mps
@@ -298,7 +301,7 @@ def _improve(
         way = lattice.ways[level, following]
         if way < 0:
             continue
-        sure, slope = _terms(level, following, lattice, weights, problem)
+        sure, slope = reward_of(level, following, lattice, weights, problem.rules)
         depth, after = depths[first + way : end + way], values[following, first + way : end + way]
         for k in range(count):  # compiles to vector instructions
             value = sure + slope * depth[k] + after[k]
@@ -317,7 +320,7 @@ def _weigh(
         way = lattice.ways[level, following]
         if way < 0:
             continue
-        sure, slope = _terms(level, following, lattice, weights, problem)
+        sure, slope = reward_of(level, following, lattice, weights, problem.rules)
         value = np.nan
         if is_near:
             value = _touch(
@@ -356,12 +359,14 @@ def _touch(
             if contact >= 0:
                 cause, speed_mps = contact_cause(robot, touched[contact])
             way = lattice.ways[level, following]
-            sure, _ = _terms(level, following, lattice, weights, problem)
+            sure, _ = reward_of(level, following, lattice, weights, problem.rules)
             not_made_m = way * lattice.unit_m - way_m
             ended: float = (
                 sure
-                - weights[PROGRESS] * not_made_m / (problem.nominal_mps * problem.decision_s)
-                + weights[INTRUSION] * intrusion(robot, touched, problem.nominal_mps)
+                - weights[PROGRESS]
+                * not_made_m
+                / (problem.rules.nominal_speed_mps * problem.rules.decision_s)
+                + weights[INTRUSION] * intrusion(robot, touched, problem.rules.nominal_speed_mps)
                 + weights[CONTACT] * contact_severity(cause, speed_mps)
             )
             return ended

@@ -10,12 +10,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hazbot_gym.config import Config, make_config
-from hazbot_gym.core.state import Floats
+from hazbot_gym.core.proxemics import intrusion_depth
+from hazbot_gym.core.state import PERSON, PRESENT, ROBOT, ROBOT_RADIUS_M, Floats, records
 from hazbot_gym.envs.vector import CorridorVectorEnv
-from hazbot_gym.evaluation.oracle.dynamic_programming import optimum
+from hazbot_gym.evaluation.oracle.dynamic_programming import optimum, reward_of
 from hazbot_gym.evaluation.oracle.headroom import QUIET_DRIVE, headroom_config
 from hazbot_gym.evaluation.oracle.lattice import LEVELS, Lattice, lattice_of
+from hazbot_gym.task.reward import TERMS, reward_terms, total
 from hazbot_gym.task.scenario import Source
+from hazbot_gym.task.step_record import STEP, rules_of
 from tests.refusals import refused
 
 SHORT = """
@@ -115,3 +118,26 @@ def test_what_it_cannot_solve(tmp_path: Path) -> None:
     sluggish = problem(tmp_path, drive={**QUIET_DRIVE, "acceleration_mps2": 0.3})
     with refused("slew limits"):
         optimum(sluggish, Source(sluggish).draw(0), 0)
+
+
+@given(st.integers(0, LEVELS - 1), st.integers(-1, 1), st.floats(0.0, 2.0))
+def test_a_decision_without_contact_earns_the_terms_of_the_reward(
+    level: int, change: int, clearance_m: float
+) -> None:
+    config = Config()
+    lattice, rules, weights = lattice_of(config), rules_of(config), np.array(config.reward)
+    following = min(max(level + change, 0), LEVELS - 1)
+    sure, slope = reward_of(level, following, lattice, weights, rules)
+    robot, people = records(ROBOT, 1).view(np.recarray), records(PERSON, 1).view(np.recarray)
+    step, terms = records(STEP, 1).view(np.recarray), np.zeros(len(TERMS))
+    robot[0].v = lattice.speeds_mps[following]
+    people[0].status, people[0].radius = PRESENT, 0.2
+    people[0].x = clearance_m + 0.2 + ROBOT_RADIUS_M
+    step[0].nominal_speed_mps = rules.nominal_speed_mps
+    way_m = lattice.ways[level, following] * lattice.unit_m
+    step[0].progress = way_m / (rules.nominal_speed_mps * rules.decision_s)
+    speeds = lattice.speeds_mps
+    step[0].command_change = (speeds[following] - speeds[level]) / rules.nominal_speed_mps
+    reward_terms(robot[0], people, step[0], terms)
+    earned = sure + slope * intrusion_depth(clearance_m)
+    assert earned == pytest.approx(total(terms, weights), abs=1e-9)
