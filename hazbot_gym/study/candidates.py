@@ -27,7 +27,6 @@ from hazbot_gym.training import run_folder
 from hazbot_gym.training.config import TrainConfig, load_training
 from hazbot_gym.training.inputs import of_training
 from hazbot_gym.utils.files import file_name, read_json
-from hazbot_gym.utils.yaml_loader import read_yaml
 
 TUNED, TRAINED = "tuned", "trained"
 _FILE = spec_of("learned", {"path": ""})
@@ -160,7 +159,7 @@ def training_of(learner: Learner, k: int) -> TrainConfig:
 
     Changes merge into sections: ``overrides: {reward: {burden: 0}}`` keeps other overrides.
     """
-    values = merge(read_yaml(learner.config, "config"), learner.changes)
+    values = merge(learner.training, learner.changes)
     values |= {"steps": learner.steps} if learner.steps else {}
     return load_training(**{**values, "seed": load_training(**values).seed + k})
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Annotated
 
 from annotated_types import Ge, Gt, Le, Lt, MinLen
-from pydantic import Field, ValidationError, field_serializer, field_validator
+from pydantic import Field, PrivateAttr, ValidationError, field_serializer, field_validator
 
 from hazbot_gym.config import Loose, Section, first_error, make_config
 from hazbot_gym.core.ssm import SsmThresholds
@@ -33,7 +33,7 @@ from hazbot_gym.policies.knobs import sweep
 from hazbot_gym.study import bank_sets
 from hazbot_gym.utils.files import LONGEST, file_name
 from hazbot_gym.utils.json_object import JsonObject
-from hazbot_gym.utils.yaml_loader import read_yaml
+from hazbot_gym.utils.yaml_loader import parse_mapping, read_text, read_yaml
 
 DEFAULT_POLICIES = (
     "fuzzy_expert",
@@ -59,6 +59,23 @@ class Learner(Section):
     seeds: Annotated[int, Ge(1), Le(1000)] = 10  # consecutive seeds from the file's seed
     steps: Steps | None = None  # total decisions; None: as in the file
     changes: dict[str, object] = Field(default_factory=dict)  # overrides of the file, by section
+
+    _text: str = PrivateAttr("")
+
+    def model_post_init(self, _: object, /) -> None:
+        """Read the training file, so that later edits of it do not change this learner."""
+        if self.config.is_file():
+            self._text = read_text(self.config, f"learners: {self.name!r}")
+
+    @property
+    def training(self) -> JsonObject:
+        """The values in ``text``."""
+        return parse_mapping(self._text, f"config: {self.config}")
+
+    @property
+    def text(self) -> str:
+        """The contents of the training file, as they were when this learner was made."""
+        return self._text
 
     @field_validator("name")
     @classmethod
@@ -211,7 +228,7 @@ class StudyConfig(Section):
     def identity(self) -> str:
         """Return a hash that two studies share if and only if their values are equal."""
         # Training files enter by their contents, not by their path.
-        trainings = [learner.config.read_text(encoding="utf-8") for learner in self.learners]
+        trainings = [learner.text for learner in self.learners]
         values = self.model_dump(mode="json", exclude={"learners": {"__all__": {"config"}}})
         text = json.dumps([values, *trainings], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -110,14 +110,28 @@ def read_yaml(path: Path, what: str = "config") -> dict[str, object]:
     Raises:
         InvalidInput: The file cannot be read or does not hold a mapping.
     """
-    content = parse_yaml(_text_of(path, what), f"{what}: {path}")
+    return parse_mapping(read_text(path, what), f"{what}: {path}")
+
+
+def parse_mapping(text: str, where: str) -> dict[str, object]:
+    """Return the mapping in a YAML text; ``where`` names it in complaints.
+
+    Raises:
+        InvalidInput: The text is not YAML, or holds no mapping.
+    """
+    content = parse_yaml(text, where)
     if not isinstance(content, dict | None):
         kind = type(content).__name__
-        raise InvalidInput(f"{what}: {path} holds {kind}, a mapping is needed")
+        raise InvalidInput(f"{where} holds {kind}, a mapping is needed")
     return content or {}
 
 
-def _text_of(path: Path, what: str) -> str:
+def read_text(path: Path, what: str) -> str:
+    """Return the text of a YAML file; ``what`` names it in complaints.
+
+    Raises:
+        InvalidInput: The file cannot be read, is too large, or is not UTF-8.
+    """
     try:
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)

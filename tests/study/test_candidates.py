@@ -250,7 +250,10 @@ def test_training_files_are_found_from_the_study_file_and_count_by_their_content
         found = load_study(folder / "study.yaml")
         assert found.learners[0].config == folder / "tiny.yaml"
         assert found.identity() == study.identity()
+    before = load_study(tmp_path / "two" / "study.yaml")
     write_text(tmp_path / "two" / "tiny.yaml", yaml.safe_dump({**TRAINING, "steps": 1024}))
+    assert before.identity() == study.identity()  # a config holds what it has read
+    assert candidates.training_of(before.learners[0], 0).steps == TRAINING["steps"]
     assert load_study(tmp_path / "two" / "study.yaml").identity() != study.identity()
 
 
