@@ -15,7 +15,6 @@ from hazbot_gym.core.ttc import time_to_collision
 from hazbot_gym.evaluation.episode import RADIUS, VX, VY, Episode, X, Y
 
 CRITICAL_TTC_S = 1.5  # Hyden 1987
-COMFORTABLE_MPS2 = 1.0  # the drive's own deceleration
 WALKING_MPS = 0.1  # median speed below which a person counts as standing
 COMPLIANCE_M = (0.45, 0.5, 1.0, 1.2)  # SocNavGym, Francis et al. 2023, Habitat, Hall
 
@@ -68,7 +67,7 @@ def encounters(episode: Episode, c: Floats) -> Row:
         "ttc_min_s": float(ttc.min()),
         "ttc_exposed_s": float((ttc[1:].min(axis=1) < CRITICAL_TTC_S) @ dt),
         "drac_max_mps2": float(drac.max()),
-        "drac_share": float((drac[1:].max(axis=1) > COMFORTABLE_MPS2).mean()),
+        "drac_share": float((drac[1:].max(axis=1) > episode.deceleration_mps2).mean()),
         "post_encroachment_s": post_encroachment_s(episode),
     }
 

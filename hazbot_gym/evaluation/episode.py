@@ -41,6 +41,7 @@ class Episode(NamedTuple):
         time_free_s: time of the same path without people under the same drive limits [s].
         horizon_s: time at which an episode is cut off [s].
         robot_radius_m: radius of the robot [m].
+        deceleration_mps2: limit of the drive's deceleration [m/s^2].
     """
 
     time_s: Floats
@@ -59,6 +60,7 @@ class Episode(NamedTuple):
     time_free_s: float
     horizon_s: float
     robot_radius_m: float
+    deceleration_mps2: float
 
 
 def labels_of(source: Source, key: int) -> dict[str, str]:

@@ -37,7 +37,7 @@ DEFAULT_SSM = SsmThresholds()
 CALM_TTC_S = 5.0
 INSPECTION_MPS = 0.25
 REVERSAL_MPS2 = 0.1
-BRAKES_MPS2, HARD_BRAKE = 1.0, 0.8  # the drive's deceleration; share for hard braking
+HARD_BRAKE = 0.8  # of the drive's deceleration
 ROLLING, GRAVITY_MPS2 = 0.015, 9.81  # rubber on a hard floor
 
 
@@ -192,7 +192,7 @@ def _smoothness(episode: Episode) -> Row:
     a = np.diff(episode.speed_mps) / dt
     j = np.diff(a) / dt[1:]
     signs = np.sign(a[np.abs(a) > REVERSAL_MPS2])
-    is_hard = a < -HARD_BRAKE * BRAKES_MPS2
+    is_hard = a < -HARD_BRAKE * episode.deceleration_mps2
     brakes = int((is_hard & ~np.concatenate([[False], is_hard[:-1]])).sum())
     way_m = float(np.abs(episode.speed_mps[1:]) @ dt)
     return {

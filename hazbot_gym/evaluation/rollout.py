@@ -273,6 +273,7 @@ def _record(
         time_free_s=float(start["time_free_s"]),
         horizon_s=config.max_episode_steps * config.clock.decision_s,
         robot_radius_m=ROBOT_RADIUS_M,
+        deceleration_mps2=config.drive.deceleration_mps2,
     )
 
 

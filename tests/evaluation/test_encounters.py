@@ -35,6 +35,7 @@ def drive(people: Any, speed_mps: float = 0.5) -> Episode:
         time_free_s=1.0,
         horizon_s=10.0,
         robot_radius_m=R,
+        deceleration_mps2=1.0,
     )
 
 

@@ -38,6 +38,7 @@ def episode(**changes: object) -> Episode:
         time_free_s=0.2,
         horizon_s=2.0,
         robot_radius_m=R,
+        deceleration_mps2=1.0,
     )
     changed: Episode = plain._replace(**changes)
     return changed._replace(people_alone=np.full((*changed.people.shape[:2], 2), np.nan))
@@ -236,6 +237,8 @@ def test_changes_of_mind_and_hard_brakes_are_counted_once_each() -> None:
     row = measure(episode(speed_mps=np.array([0.5, 0.0, 0.0, 0.5, 0.4])), SSM)
     assert row["reversals_per_min"] == pytest.approx(2 * 60 / 0.4)
     assert row["hard_brakes_per_100m"] == pytest.approx(2 * 100 / 0.09)
+    firmer = episode(speed_mps=np.array([0.5, 0.0, 0.0, 0.5, 0.4]), deceleration_mps2=2.0)
+    assert measure(firmer, SSM)["hard_brakes_per_100m"] == pytest.approx(100 / 0.09)
 
 
 def test_energy_is_that_of_rolling_and_of_changes_of_speed() -> None:
