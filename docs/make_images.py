@@ -71,10 +71,10 @@ def comparison(path: Path) -> None:
     """Save the animation; a drive that is over stays as it ended."""
     drives = [drive(policy, *COMPARED_IN) for policy in COMPARED]
     colors = np.concatenate([picture for each in drives for picture in each[15:75:15]])
-    film = Gif(path, PICTURES_PER_S, colors)
+    video = Gif(path, PICTURES_PER_S, colors)
     for k in range(max(map(len, drives)) + LASTS):
-        film.add(np.concatenate([each[min(k, len(each) - 1)] for each in drives]))
-    film.close()
+        video.add(np.concatenate([each[min(k, len(each) - 1)] for each in drives]))
+    video.close()
 
 
 def picture(env_id: str, seed: int, decisions: int) -> pygame.Surface:

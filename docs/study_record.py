@@ -11,7 +11,7 @@ from hazbot_gym.study.summary import COMPARED
 
 Record = dict[str, Any]
 
-TOGETHER, YARDSTICKS = "together", ("exact", "searched")  # what is pooled of fronts and yardstick
+TOGETHER, EXACTNESS = "together", ("exact", "searched")  # what is pooled of fronts and oracle
 SHARES = ("normalised", "delay_removed")
 RATES = ("arrived", "contact_robot_caused", "contact_person_caused")
 KEPT = (
@@ -61,10 +61,10 @@ def record_of(study: Record) -> Record:
         "fronts": {
             name: block for name, block in summary.get("fronts", {}).items() if name == TOGETHER
         },
-        "yardstick": {
+        "oracle": {
             name: _with_percents(block)
-            for name, block in summary.get("yardstick", {}).items()
-            if name in YARDSTICKS
+            for name, block in summary.get("oracle", {}).items()
+            if name in EXACTNESS
         },
     }
 
@@ -94,7 +94,7 @@ def _kept(found: Mapping[str, Any], *, is_full: bool = False) -> Record:
 
 
 def _with_percents(block: Mapping[str, Any]) -> Record:
-    """Return a block of the yardstick with its shares in percent."""
+    """Return a block of the oracle with its shares in percent."""
     return {
         **block,
         "policies": {

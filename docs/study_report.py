@@ -288,7 +288,7 @@ def _sessions(found: Record) -> str:
 
 
 def _regrets(found: Record, kind: str) -> str:
-    block = found["yardstick"].get(kind)
+    block = found["oracle"].get(kind)
     if block is None:
         return ""
     titles = (

@@ -67,7 +67,7 @@ def best_learner(found: Record) -> str:
 
 
 def _half_of_the_delay(found: Record, best: str) -> Target:
-    removed = found["yardstick"]["searched"]["policies"][best]["delay_removed"]
+    removed = found["oracle"]["searched"]["policies"][best]["delay_removed"]
     return Target(
         "at least half of the avoidable delay of the tuned fuzzy expert removed",
         f"`{best}`: {removed['mean']:.0f} % ({removed['low']:.0f} to {removed['high']:.0f})",
@@ -121,7 +121,7 @@ def _no_contacts(found: Record, best: str) -> Target:
 
 
 def _near_the_optimum(found: Record, best: str) -> Target:
-    score = found["yardstick"]["exact"]["policies"][best]["normalised"]
+    score = found["oracle"]["exact"]["policies"][best]["normalised"]
     return Target(
         "95 % of the span from the best constant speed to the exact optimum",
         f"`{best}`: {score['mean']:.1f} % ({score['low']:.1f} to {score['high']:.1f})",

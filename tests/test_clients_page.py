@@ -24,7 +24,7 @@ def test_a_snippet_runs_as_it_is_printed(
         if f"from {optional}" in snippet:
             pytest.importorskip(optional)
     if "RecordVideo" in snippet and not hasattr(wrappers.vector, "RecordVideo"):
-        pytest.skip("before 1.2.3 Gymnasium films no batches")
+        pytest.skip("before 1.2.3 Gymnasium records no batches")
     monkeypatch.chdir(tmp_path)
     exec(compile(snippet, title, "exec"), {"__name__": "page"})
 

@@ -72,7 +72,7 @@ STUDY = {
     ],
     "learners": [{"name": "ppo", "config": str(CONFIGS / "ppo.yaml"), "seeds": 2}],
     "fronts": {"sets": ["E*"], "families": ["ttc"], "corner": [2.0, 0.1]},
-    "yardstick": {"sets": ["mine"], "episodes": 2},
+    "oracle": {"sets": ["mine"], "episodes": 2},
     "episodes": 3,
     "seed": 1,
     "ssm": {"latency_s": 0.1},

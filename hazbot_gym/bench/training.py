@@ -25,7 +25,7 @@ from hazbot_gym.evaluation.statistics.pareto import AXES, dominates
 from hazbot_gym.policies import own_module
 from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.study.summary import summarise_one
-from hazbot_gym.training.config import TrainConfig, load_training, shares
+from hazbot_gym.training.config import TrainConfig, load_training, split
 from hazbot_gym.training.run_folder import POLICY, RESULT
 from hazbot_gym.utils import provenance
 from hazbot_gym.utils.files import read_json
@@ -141,7 +141,7 @@ def learn(path: Path, config: TrainConfig, seed: int, expert: Record, episodes: 
 def judge(policy: str, config: TrainConfig, episodes: int) -> Record:
     """Return a policy's metrics, with intervals, over the environments of a run."""
     rows = []
-    for env, count in zip(config.env, shares(episodes, len(config.env)), strict=True):
+    for env, count in zip(config.env, split(episodes, len(config.env)), strict=True):
         if count:
             rows += rollout.evaluate(
                 policy, env, episodes=count, seed=ROOT, overrides=config.overrides

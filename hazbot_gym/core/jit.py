@@ -35,7 +35,7 @@ import numba
 import numpy as np
 from numba.extending import register_jitable
 
-from hazbot_gym.core import notice, sources
+from hazbot_gym.core import compile_message, sources
 
 PACKAGE = Path(__file__).parent.parent
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -49,7 +49,7 @@ _INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 _settings: Any = numba.config
 
-notice.install()
+compile_message.install()
 
 
 def scalar(function: Function) -> Function:

@@ -29,7 +29,7 @@ from hazbot_gym.task.action import ACTION_TOLERANCE, SPEED_LEVELS, commanded_spe
 from hazbot_gym.task.observation import LAYOUTS, markdown_table, observe_kernel
 from hazbot_gym.task.outcome import CAUSE_NAMES, OUTCOME_NAMES, RUNNING, TIMEOUT
 from hazbot_gym.task.reward import TERMS, judge_kernel, safety_cost
-from hazbot_gym.task.scenario import Source
+from hazbot_gym.task.scenario import ScenarioSampler
 from hazbot_gym.task.step_record import STEP, rules_of
 from hazbot_gym.utils.whole_number import whole_number
 
@@ -128,7 +128,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": 1.0 / self.config.clock.decision_s}
         self._viewer = Viewer(render_mode, self.config)
-        self.source = Source(self.config)
+        self.source = ScenarioSampler(self.config)
         self._world = World(self.config)
         self._sensors = as_record(sensor_parameters(self.config))
         self._weights = np.array(self.config.reward)

@@ -43,7 +43,7 @@ from hazbot_gym.sim.walkers import make_workspace
 from hazbot_gym.task.observation import LAYOUTS
 from hazbot_gym.task.outcome import RUNNING, TIMEOUT
 from hazbot_gym.task.reward import TERMS
-from hazbot_gym.task.scenario import Source
+from hazbot_gym.task.scenario import ScenarioSampler
 from hazbot_gym.task.step_record import STEP, rules_of
 from hazbot_gym.utils import processors
 from hazbot_gym.utils.threads import Threads
@@ -136,7 +136,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
 
     def _allocate(self) -> None:
         config, n = self.config, self.num_envs
-        self.source = source = Source(config)
+        self.source = source = ScenarioSampler(config)
         self._place_names = np.array(source.names, object)
         self._free_times_s = np.full(len(source.names), np.nan)  # allocated on demand
         self._problem = Problem(

@@ -9,7 +9,7 @@ import numpy as np
 from hazbot_gym.core.state import Floats, Ints
 from hazbot_gym.task.fingerprint import fingerprint
 from hazbot_gym.task.outcome import CAUSE_NAMES, NOBODY, OUTCOME_NAMES, RUNNING, TIMEOUT
-from hazbot_gym.task.scenario import Source
+from hazbot_gym.task.scenario import ScenarioSampler
 from hazbot_gym.utils.json_object import JsonObject
 
 # Columns of ``Episode.people``, by the names of the fields of ``core.state.PERSON``.
@@ -63,7 +63,7 @@ class Episode(NamedTuple):
     deceleration_mps2: float
 
 
-def labels_of(source: Source, key: int) -> dict[str, str]:
+def labels_of(source: ScenarioSampler, key: int) -> dict[str, str]:
     """Return the labels of a scenario: its key, its place, and a hash of all drawn values."""
     scenario = source.draw(key)
     return {

@@ -7,10 +7,12 @@ import numpy as np
 from hazbot_gym.config import Config
 from hazbot_gym.core.state import PRESENT, Floats, Ints
 from hazbot_gym.sim.unattended import walk_unattended
-from hazbot_gym.task.scenario import Source
+from hazbot_gym.task.scenario import ScenarioSampler
 
 
-def walked_alone(config: Config, source: Source, key: int, persons: Ints, instants: int) -> Floats:
+def walked_alone(
+    config: Config, source: ScenarioSampler, key: int, persons: Ints, instants: int
+) -> Floats:
     """Return counterfactual positions of people without the robot, (instants, K, 2) [m].
 
     Args:

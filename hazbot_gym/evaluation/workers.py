@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnContext
 
-from hazbot_gym.core.notice import NOTICE
+from hazbot_gym.core.compile_message import COMPILE_MESSAGE
 from hazbot_gym.errors import DoubtfulPlace, DoubtfulRecording, HazbotError
 
 SAFE_PATH = "PYTHONSAFEPATH"
@@ -54,7 +54,7 @@ def processes(count: int) -> Iterator[ProcessPoolExecutor]:
 
 def _processes(spawn: SpawnContext, count: int) -> Iterator[ProcessPoolExecutor]:
     listening, alive = spawn.Pipe(duplex=False)
-    begin = (listening, NOTICE.has_spoken)
+    begin = (listening, COMPILE_MESSAGE.has_spoken)
     pool = ProcessPoolExecutor(count, mp_context=spawn, initializer=_begin, initargs=begin)
     try:
         yield pool
@@ -76,7 +76,7 @@ def _begin(listening: Connection, has_spoken: bool) -> None:
     they would finish their tasks beside the workers of a resumed run. Warnings about places and
     recordings, and the compile message, are left to the parent.
     """
-    NOTICE.has_spoken = has_spoken
+    COMPILE_MESSAGE.has_spoken = has_spoken
     for said in (DoubtfulPlace, DoubtfulRecording):
         warnings.simplefilter("ignore", said)
     signal.signal(signal.SIGINT, signal.SIG_DFL)

@@ -16,7 +16,7 @@
   the paper; ``fuzzy_system``: the same in scikit-fuzzy; ``person_columns``: columns for kernels
 - ``learned``: trained policies, from files; ``actor`` computes them with ``layer`` and ``lstm``,
   ``actor_file`` stores them, ``residual`` adds them to a rule
-- ``knobs``: the sweep parameter of each family; ``search_spaces``: tuning spaces
+- ``sweeps``: the sweep parameter of each family; ``tuning_spaces``: tuning spaces
 """
 
 from hazbot_gym.policies.base import Permissions, Policy, make, names

@@ -20,7 +20,7 @@ from hazbot_gym.config import merge
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation.inputs import digests
 from hazbot_gym.policies.base import NO_CODE, Permissions, spec_of
-from hazbot_gym.policies.search_spaces import SPACES
+from hazbot_gym.policies.tuning_spaces import SPACES
 from hazbot_gym.study.config import Learner, StudyConfig
 from hazbot_gym.study.costs import Training
 from hazbot_gym.training import run_folder
@@ -32,7 +32,7 @@ TUNED, TRAINED = "tuned", "trained"
 _FILE = spec_of("learned", {"path": ""})
 
 
-class Entrant(NamedTuple):
+class Candidate(NamedTuple):
     """Candidate: a name and the argument of ``policies.base.make``."""
 
     name: str
@@ -127,7 +127,7 @@ def _searches(study: StudyConfig, out: Path, console: Console) -> Iterator[Job]:
             yield Job(tuning.tune, (search, path))
 
 
-def entrants(study: StudyConfig, out: Path) -> list[Entrant]:
+def of_study(study: StudyConfig, out: Path) -> list[Candidate]:
     """Return all candidates; requires that every job is finished."""
     tuned = [read_json(out / TUNED / f"{family}.json")["best"]["policy"] for family in study.tuned]
     trained = [
@@ -138,17 +138,17 @@ def entrants(study: StudyConfig, out: Path) -> list[Entrant]:
         for learner in study.learners
     ]
     specs = [*((policy,) for policy in (*study.policies, *tuned)), *trained]
-    return [Entrant(name, each) for name, each in zip(study.names, specs, strict=True)]
+    return [Candidate(name, each) for name, each in zip(study.names, specs, strict=True)]
 
 
-def swept(study: StudyConfig) -> list[Entrant]:
+def swept(study: StudyConfig) -> list[Candidate]:
     """Return the policies that only serve the fronts."""
     families = study.fronts.swept.values() if study.fronts else ()
     names = dict.fromkeys(policy for family in families for policy in family)
-    return [Entrant(name, (name,)) for name in names if name not in study.names]
+    return [Candidate(name, (name,)) for name in names if name not in study.names]
 
 
-def portable(found: list[Entrant], out: Path) -> dict[str, list[str]]:
+def portable(found: list[Candidate], out: Path) -> dict[str, list[str]]:
     """Return specs by name for a manifest, with files named from the study's folder."""
     there, here = _FILE + str(out / TRAINED), _FILE + TRAINED
     return {each.name: [spec.replace(there, here) for spec in each.specs] for each in found}

@@ -29,7 +29,7 @@ from hazbot_gym.evaluation.field_types import (
     Steps,
 )
 from hazbot_gym.evaluation.scenario_set import DEFAULT_SETS, ScenarioSet, track_sets
-from hazbot_gym.policies.knobs import sweep
+from hazbot_gym.policies.sweeps import sweep
 from hazbot_gym.study import bank_sets
 from hazbot_gym.utils.files import LONGEST, file_name
 from hazbot_gym.utils.json_object import JsonObject
@@ -89,7 +89,7 @@ class Learner(Section):
         return name
 
 
-class Yardstick(Section):
+class Oracle(Section):
     """Sets in which policies are compared with the oracle (``evaluation/oracle/runs.py``)."""
 
     sets: SomeNames  # names or prefixes of sets
@@ -103,7 +103,7 @@ class Fronts(Section):
     """Sets and families for the Pareto fronts over sweep parameters (``front_summary.py``)."""
 
     sets: SomeNames  # names or prefixes of sets
-    families: Names = ()  # of rules, swept as in ``policies/knobs.py``
+    families: Names = ()  # of rules, swept as in ``policies/sweeps.py``
     groups: dict[str, SomeNames] = Field(default_factory=dict)
     # Reference point of the hypervolume: time ratio, kinetic intrusion.
     corner: Annotated[tuple[Positive, Positive], Loose] = (2.0, 0.1)
@@ -133,7 +133,7 @@ class StudyConfig(Section):
     learners: Annotated[tuple[Learner, ...], Loose] = ()  # learned policies
     shown: Names = ()  # policies in the report's plots and replays; empty: all
     fronts: Fronts | None = None
-    yardstick: Yardstick | None = None
+    oracle: Oracle | None = None
     reference: str | None = None  # reference of all comparisons; None: the first policy
     sets: Annotated[tuple[ScenarioSet, ...], Loose, MinLen(1)] = DEFAULT_SETS
     tracks: Annotated[Path, Loose] | None = (
@@ -287,11 +287,11 @@ def load_study(path: Path | str | None = None, **changes: object) -> StudyConfig
 
 
 def _check_parts(study: StudyConfig) -> None:
-    """Check that all names in ``shown``, fronts and yardstick are candidates or sets."""
+    """Check that all names in ``shown``, fronts and oracle are candidates or sets."""
     nobody = next((name for name in study.shown if name not in study.names), None)
     if nobody is not None:
         raise InvalidInput(f"shown: given {nobody!r}, allowed are {', '.join(study.names)}")
-    for part in ("fronts", "yardstick"):
+    for part in ("fronts", "oracle"):
         wanted = getattr(study, part)
         for name in wanted.sets if wanted else ():
             if not study.sets_named([name]):

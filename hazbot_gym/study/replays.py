@@ -30,7 +30,7 @@ from hazbot_gym.study import store
 from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.headline import headline_sets
 from hazbot_gym.study.replay_records import Drive, Replay, Replays, drive_of, rows_of
-from hazbot_gym.task.scenario import Source
+from hazbot_gym.task.scenario import ScenarioSampler
 from hazbot_gym.utils.json_object import JsonObject
 
 if TYPE_CHECKING:
@@ -202,7 +202,7 @@ def replay(
             raise RuntimeError(f"episode {number} of {scenarios.name!r} is another scenario now")
         is_recorded = gives_again(measure(episode, study.ssm), before)
         runs[number][policy] = drive_of(episode, is_recorded=is_recorded)
-    source = Source(resolve(scenarios)[0])
+    source = ScenarioSampler(resolve(scenarios)[0])
     places = [source.draw(int(row["scenario_key"])).place for row in lead]
     best = _best_drive(choice) if choice.best else None
     return [

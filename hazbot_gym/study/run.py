@@ -26,7 +26,7 @@ from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.evaluation.workers import processes
 from hazbot_gym.policies.base import NO_CODE, Permissions
 from hazbot_gym.study import candidates, costs, replays, store
-from hazbot_gym.study.candidates import Entrant, Job
+from hazbot_gym.study.candidates import Candidate, Job
 from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.headline import pooled_sets
 from hazbot_gym.study.stamps import Stamps
@@ -103,13 +103,13 @@ def _run_study(
     stamps = Stamps(study, allowed)
     waiting = candidates.jobs(study, out, allowed, console)
     _prepare(waiting, workers=workers, console=console)
-    taking_part = candidates.entrants(study, out)
-    shards = list(plan(study, out, taking_part, stamps))
-    marks = list(plan_yardstick(study, out, taking_part, stamps))
+    policies = candidates.of_study(study, out)
+    shards = list(plan(study, out, policies, stamps))
+    marks = list(plan_oracle(study, out, policies, stamps))
     missing = _missing([*shards, *marks], console)
     if missing:
         store.withdraw(out)  # remove results of an earlier state before writing a new manifest
-        about["entrants"] = candidates.portable(taking_part, out)
+        about["candidates"] = candidates.portable(policies, out)
         files.write_json(out / store.MANIFEST, about)
     _run(missing, stamps, workers=workers, console=console)
     rows = store.join([_read(shard) for shard in shards])
@@ -117,14 +117,14 @@ def _run_study(
     summary = summarise(rows, study, best)
     store.write_episodes(out / store.EPISODES, rows)
     if best is not None:
-        store.write_episodes(out / store.YARDSTICK, best)
+        store.write_episodes(out / store.ORACLE, best)
     files.write_json(out / store.SUMMARY, summary)
     replays.record(
         study,
         out / store.REPLAYS,
         rows,
         best,
-        {each.name: each.specs[0] for each in taking_part},
+        {each.name: each.specs[0] for each in policies},
         stamp=_stamp_of([*shards, *marks], out / store.EPISODES),
         threads=workers,
         console=console,
@@ -134,19 +134,19 @@ def _run_study(
     session = costs.Session(command, seconds, len(waiting), len(missing), decisions)
     trainings = candidates.trainings(study, out)
     costs.note(out / store.COSTS, trainings, session if waiting or missing else None)
-    store.sweep(out)
+    store.remove_partial(out)
     return summary
 
 
 def plan(
-    study: StudyConfig, out: Path, taking_part: list[Entrant], stamps: Stamps | None = None
+    study: StudyConfig, out: Path, policies: list[Candidate], stamps: Stamps | None = None
 ) -> Iterator[StoredShard]:
     """Yield the shards of a study, grouped by scenario set.
 
     Policies of the fronts' sweeps only run in the fronts' sets.
     """
     stamps = stamps or Stamps(study)
-    everywhere, swept = _specs(taking_part), _specs(candidates.swept(study))
+    everywhere, swept = _specs(policies), _specs(candidates.swept(study))
     on_fronts = study.sets_named(study.fronts.sets) if study.fronts else ()
     for scenarios in study.all_sets:
         episodes, seed = study.episodes_in(scenarios), _seed(study, scenarios)
@@ -165,14 +165,14 @@ def plan(
                 yield StoredShard(shard, path, stamps.of(values, scenarios, spec))
 
 
-def plan_yardstick(
-    study: StudyConfig, out: Path, taking_part: list[Entrant], stamps: Stamps | None = None
+def plan_oracle(
+    study: StudyConfig, out: Path, policies: list[Candidate], stamps: Stamps | None = None
 ) -> Iterator[StoredShard]:
     """Yield the shards of oracle drives, few scenarios each since they are slow."""
-    if study.yardstick is None:
+    if study.oracle is None:
         return
-    wanted = study.yardstick
-    specs = tuple(each.specs[0] for each in taking_part)
+    wanted = study.oracle
+    specs = tuple(each.specs[0] for each in policies)
     stamps = stamps or Stamps(study)
     effort = Effort(wanted.worlds, wanted.rounds)
     for scenarios in study.sets_named(wanted.sets):
@@ -182,7 +182,7 @@ def plan_yardstick(
             shard = OracleShard(
                 scenarios, first, count, seed, specs, effort, study.ssm, stamps.allowed
             )
-            path = _file(out, "yardstick", "best drive", scenarios, first)
+            path = _file(out, "oracle", "best drive", scenarios, first)
             values = {**shard._asdict(), "scenarios": None, "specs": (), "allowed": NO_CODE}
             yield StoredShard(shard, path, stamps.of(values, scenarios, *specs))
 
@@ -214,7 +214,7 @@ def manifest(study: StudyConfig, environments: dict[str, object]) -> dict[str, o
         "study": study.identity(),
         "config": study.model_dump(mode="json"),
         "environments": environments,
-        "entrants": {policy: [policy] for policy in study.policies},
+        "candidates": {policy: [policy] for policy in study.policies},
         "ssm_profile": study.ssm.profile(),
         "seed": study.seed,
         "versions": provenance.versions(),
@@ -292,11 +292,11 @@ def _read(shard: StoredShard) -> pd.DataFrame:
     return rows
 
 
-def _specs(taking_part: list[Entrant]) -> list[tuple[str, str, int]]:
+def _specs(policies: list[Candidate]) -> list[tuple[str, str, int]]:
     """Return name, spec and training-seed index of every policy."""
     return [
         (each.name, spec, training_seed)
-        for each in taking_part
+        for each in policies
         for training_seed, spec in enumerate(each.specs)
     ]
 

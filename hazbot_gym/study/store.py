@@ -3,7 +3,7 @@
     OUT/manifest.json     provenance: config, seeds, versions, commit, start time
     OUT/shards/*.parquet  rows of one policy in one set, consecutive episodes each
     OUT/episodes.parquet  all rows
-    OUT/yardstick.parquet oracle drives, one row per scenario, if requested
+    OUT/oracle.parquet oracle drives, one row per scenario, if requested
     OUT/summary.json      means and intervals, byte for byte the same for the same study
     OUT/replays.parquet   the drives shown in the report
     OUT/costs.json        computational costs: time, memory, decisions
@@ -33,7 +33,7 @@ except ImportError as error:
     raise MissingExtra(error.name or "pandas", "study") from error
 
 MANIFEST, SHARDS, EPISODES, SUMMARY = "manifest.json", "shards", "episodes.parquet", "summary.json"
-YARDSTICK, COSTS, REPORT = "yardstick.parquet", "costs.json", "report.html"
+ORACLE, COSTS, REPORT = "oracle.parquet", "costs.json", "report.html"
 REPLAYS = "replays.parquet"
 MOST_VALUES = 300_000_000  # of a file; two numbers per robot-second of a million episodes
 _STAMP, _CHECKSUM = b"hazbot_stamp", b"hazbot_checksum"
@@ -132,11 +132,11 @@ def join(parts: list[pd.DataFrame]) -> pd.DataFrame:
 
 def withdraw(folder: Path) -> None:
     """Remove the results of a study, but not its shards."""
-    for name in (EPISODES, YARDSTICK, SUMMARY, REPLAYS, REPORT):
+    for name in (EPISODES, ORACLE, SUMMARY, REPLAYS, REPORT):
         (folder / name).unlink(missing_ok=True)
 
 
-def sweep(folder: Path) -> None:
+def remove_partial(folder: Path) -> None:
     """Remove partial files of a killed run."""
-    files.sweep(folder)
-    files.sweep(folder / SHARDS)
+    files.remove_partial(folder)
+    files.remove_partial(folder / SHARDS)

@@ -67,7 +67,7 @@ LEVELS = np.linspace(0.0, 1.0, 101)  # of the quantiles of clearance
 Summary = JsonObject
 
 
-class _Luck(TypedDict):
+class _IntervalOptions(TypedDict):
     """Options of the bootstrap intervals."""
 
     resamples: int
@@ -101,17 +101,22 @@ def summarise(rows: pd.DataFrame, study: StudyConfig, best: pd.DataFrame | None 
     summary["headline"] = _headline(summary, study)
     first = summary["sets"][summary["headline"]["name"]]
     summary["default_policies"] = default_policies(first, study)
-    luck = _Luck(resamples=study.resamples, confidence=study.confidence, seed=study.seed)
+    interval = _IntervalOptions(
+        resamples=study.resamples, confidence=study.confidence, seed=study.seed
+    )
     if study.fronts is not None:
         blocks = _blocks(rows, [each.name for each in study.sets_named(study.fronts.sets)])
         summary["fronts"] = _all_plain(
-            {name: summarise_fronts(block, study.fronts, **luck) for name, block in blocks.items()}
+            {
+                name: summarise_fronts(block, study.fronts, **interval)
+                for name, block in blocks.items()
+            }
         )
     if best is not None:
-        summary["yardstick"] = _all_plain(
+        summary["oracle"] = _all_plain(
             {
-                name: regrets(rows, block, study.names, study.reference_policy, **luck)
-                for name, block in _yardsticks(best).items()
+                name: regrets(rows, block, study.names, study.reference_policy, **interval)
+                for name, block in _by_exactness(best).items()
             }
         )
     return summary
@@ -135,7 +140,7 @@ def _blocks(rows: pd.DataFrame, names: Sequence[str]) -> dict[str, pd.DataFrame]
     return {"together": wanted, **each} if len(names) > 1 else each
 
 
-def _yardsticks(best: pd.DataFrame) -> dict[str, pd.DataFrame]:
+def _by_exactness(best: pd.DataFrame) -> dict[str, pd.DataFrame]:
     """Return the oracle's rows: exact ones pooled, searched ones pooled, and by set."""
     kinds = {"exact": best[best["is_exact"] == 1], "searched": best[best["is_exact"] == 0]}
     together = {kind: rows for kind, rows in kinds.items() if rows["scenario_set"].nunique() > 1}

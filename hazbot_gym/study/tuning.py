@@ -21,7 +21,7 @@ from hazbot_gym.evaluation import inputs, rollout
 from hazbot_gym.evaluation.metrics import means
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.policies import base
-from hazbot_gym.policies.search_spaces import SPACES, Interval, Space
+from hazbot_gym.policies.tuning_spaces import SPACES, Interval, Space
 from hazbot_gym.study import bank_sets
 from hazbot_gym.utils import files, provenance
 from hazbot_gym.utils.json_object import JsonObject

@@ -72,7 +72,7 @@ class Scenario(NamedTuple):
     recording: Stretch
 
 
-class Source:
+class ScenarioSampler:
     """Sampler of a config's scenarios.
 
     Attributes:

@@ -23,8 +23,8 @@ from stable_baselines3.common.vec_env import VecEnv
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import NO_CODE, Permissions
 from hazbot_gym.task.observation import LAYOUTS
-from hazbot_gym.training.asymmetric_critic import TimedCriticPolicy
-from hazbot_gym.training.config import PUPILS, TrainConfig, hidden_entries
+from hazbot_gym.training.asymmetric_critic import AsymmetricCriticPolicy
+from hazbot_gym.training.config import STUDENTS, TrainConfig, hidden_entries
 from hazbot_gym.training.dagger import BC, DAgger
 from hazbot_gym.training.feature_mask import FeatureMask
 from hazbot_gym.training.imitation import teacher_of
@@ -103,8 +103,8 @@ def _feature_mask(config: TrainConfig) -> JsonObject:
 
 
 def _policy_of(config: TrainConfig) -> str | type[BasePolicy]:
-    if config.timed_critic:
-        return TimedCriticPolicy
+    if config.asymmetric_critic:
+        return AsymmetricCriticPolicy
     return "MlpLstmPolicy" if config.algorithm == "recurrent_ppo" else "MlpPolicy"
 
 
@@ -114,7 +114,7 @@ def _options(config: TrainConfig, envs: VecEnv, allowed: Permissions) -> JsonObj
     if "action_noise" in options:  # its standard deviation; SB3 expects one value per action
         deviation = np.full(1, options["action_noise"], np.float32)
         options["action_noise"] = NormalActionNoise(np.zeros(1, np.float32), deviation)
-    if config.algorithm in PUPILS:
+    if config.algorithm in STUDENTS:
         assert config.imitation is not None
         options["teacher"] = teacher_of(config.imitation, envs, allowed)
         options["imitation"] = config.imitation

@@ -58,7 +58,7 @@ class TimeLeft(VecEnvWrapper):
         return timed
 
 
-class TimedCriticPolicy(ActorCriticPolicy):
+class AsymmetricCriticPolicy(ActorCriticPolicy):
     """Actor-critic policy with the time left as the last entry, read by the critic alone."""
 
     def _build_mlp_extractor(self) -> None:

@@ -20,7 +20,7 @@ import torch
 from rich.console import Console
 from stable_baselines3.common.base_class import BaseAlgorithm
 
-from hazbot_gym.utils.files import sweep, write_bytes
+from hazbot_gym.utils.files import remove_partial, write_bytes
 from hazbot_gym.utils.json_object import JsonObject
 
 KEPT = 2
@@ -64,7 +64,7 @@ def load_newest(folder: Path, console: Console, run: str | None = None) -> State
     Returns:
         ``model`` for ``restore``, and ``progress`` as it was saved.
     """
-    sweep(folder)
+    remove_partial(folder)
     for path in _all(folder):
         state = _load(path)
         if state is None:

@@ -27,7 +27,7 @@ from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.yaml_loader import read_yaml
 
 Algorithm = Literal["ppo", "sac", "td3", "tqc", "dqn", "recurrent_ppo", "bc", "dagger"]
-PUPILS = ("bc", "dagger")  # pure imitation, without rewards
+STUDENTS = ("bc", "dagger")  # pure imitation, without rewards
 
 
 class Validation(Section):
@@ -83,7 +83,7 @@ class TrainConfig(Section):
     reward_scale: Annotated[float, Gt(0)] = 0.05  # logged returns are unscaled
     shaping: Literal["none", "free_drive"] = "none"  # free_drive: see training/shaping.py
     hidden: Names = ()  # fields masked from networks (training/feature_mask.py), with *
-    timed_critic: bool = False  # whether the critic observes the time left; only for ppo
+    asymmetric_critic: bool = False  # whether the critic observes the time left; only for ppo
     imitation: Annotated[Imitation | None, Field(validate_default=True)] = None  # ppo, bc, dagger
     residual: Residual | None = None  # residual policy; for ppo and recurrent_ppo
     lagrangian: Lagrangian | None = None  # cost constraint; only for ppo
@@ -103,13 +103,13 @@ class TrainConfig(Section):
     @classmethod
     def _is_for_students(cls, value: object, info: ValidationInfo) -> object:
         algorithm = info.data.get("algorithm")
-        if value and algorithm not in ("ppo", *PUPILS):
+        if value and algorithm not in ("ppo", *STUDENTS):
             raise ValueError(
                 f"given with algorithm {algorithm!r}, allowed are 'ppo', 'bc' and 'dagger'"
             )
-        return value or (Imitation() if algorithm in PUPILS else None)
+        return value or (Imitation() if algorithm in STUDENTS else None)
 
-    @field_validator("timed_critic", "lagrangian")
+    @field_validator("asymmetric_critic", "lagrangian")
     @classmethod
     def _is_for_ppo(cls, value: object, info: ValidationInfo) -> object:
         algorithm = info.data.get("algorithm")
@@ -182,6 +182,6 @@ def hidden_entries(patterns: Sequence[str], layout: Layout) -> list[int]:
     ]
 
 
-def shares(total: int, parts: int) -> list[int]:
+def split(total: int, parts: int) -> list[int]:
     """Split a whole number as evenly as possible, larger parts first."""
     return [total // parts + (i < total % parts) for i in range(parts)]

@@ -42,7 +42,7 @@ from hazbot_gym.training.callbacks import (
     Validate,
     export_best,
 )
-from hazbot_gym.training.config import PUPILS, TrainConfig
+from hazbot_gym.training.config import STUDENTS, TrainConfig
 from hazbot_gym.training.imitation import imitate, teacher_of
 from hazbot_gym.training.inputs import of_training
 from hazbot_gym.training.logging import EpisodeLog, ProgressBar, disk_errors_told_once
@@ -116,7 +116,7 @@ def make_all(config: TrainConfig, allowed: Permissions = NO_CODE) -> tuple[objec
     if config.residual:
         envs = ResidualEnvs(envs, config.residual)
     model = make_model(config, envs, allowed)
-    if config.imitation and config.algorithm not in PUPILS:
+    if config.imitation and config.algorithm not in STUDENTS:
         return model, teacher_of(config.imitation, envs, allowed)
     return model, None
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation.inputs import changed
 from hazbot_gym.policies import actor_file
-from hazbot_gym.utils.files import owner, read_json, sweep
+from hazbot_gym.utils.files import owner, read_json, remove_partial
 
 MANIFEST, POLICY, RESULT = "manifest.json", "policy.npz", "result.json"
 CHECKPOINTS, TENSORBOARD = "checkpoints", "tensorboard"
@@ -33,7 +33,7 @@ def claim(
         InvalidInput: The folder holds another run or foreign files, or is no folder.
     """
     if resume and folder.is_dir():
-        sweep(folder)
+        remove_partial(folder)
     found = owner(folder, MANIFEST, "run")
     if found is None:
         return

@@ -11,7 +11,7 @@ from hazbot_gym.core.ssm import SsmThresholds
 from hazbot_gym.evaluation import batch_rollout, rollout
 from hazbot_gym.evaluation.metrics import means, measure
 from hazbot_gym.policies.base import Policy
-from hazbot_gym.training.config import TrainConfig, shares
+from hazbot_gym.training.config import TrainConfig, split
 
 ROOT = 0  # root of the seeds: all runs share the validation scenarios
 
@@ -28,7 +28,7 @@ def validate(policy: Policy, config: TrainConfig) -> Validated:
         config: Config of the run.
     """
     rows = []
-    episodes = shares(config.validation.episodes, len(config.env))
+    episodes = split(config.validation.episodes, len(config.env))
     for env, each, count in zip(config.env, config.environments(), episodes, strict=True):
         seeds = [rollout.episode_seed(ROOT, f"validation of {env}", i) for i in range(count)]
         limit, threads = each.max_episode_steps, config.threads

@@ -18,7 +18,7 @@ from hazbot_gym.envs.sb3 import CorridorVecEnv
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.training.asymmetric_critic import TimeLeft
 from hazbot_gym.training.combined_envs import CombinedEnvs
-from hazbot_gym.training.config import TrainConfig, shares
+from hazbot_gym.training.config import TrainConfig, split
 from hazbot_gym.training.episode_monitor import EpisodeMonitor
 from hazbot_gym.training.shaping import ShapedRewards
 
@@ -52,13 +52,13 @@ def make_envs(config: TrainConfig) -> VecEnvWrapper:
             f"worlds: given {config.worlds}, allowed is {len(config.env)} or more, one for each env"
         )
     make = _batched if config.engine == "batched" else _pymunk
-    sizes, configs = shares(config.worlds, len(config.env)), config.environments()
+    sizes, configs = split(config.worlds, len(config.env)), config.environments()
     parts = [make(*each, config.threads) for each in zip(configs, sizes, strict=True)]
     envs: VecEnvWrapper = EpisodeMonitor(CombinedEnvs(parts, configs))
     if config.shaping == "free_drive":
         envs = ShapedRewards(envs)
     envs = ScaledRewards(envs, config.reward_scale)
-    return TimeLeft(envs) if config.timed_critic else envs
+    return TimeLeft(envs) if config.asymmetric_critic else envs
 
 
 def require_speeds(envs: VecEnv, key: str) -> None:

@@ -199,7 +199,7 @@ def owner(folder: Path, manifest: str, kind: str) -> str | None:
     return found
 
 
-def sweep(folder: Path) -> None:
+def remove_partial(folder: Path) -> None:
     """Remove partial files of a killed run from a folder."""
     for leftover in folder.glob(".*.tmp"):
         leftover.unlink(missing_ok=True)

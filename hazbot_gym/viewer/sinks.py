@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Protocol
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.viewer.video import Film, Gif, Image, Mp4, save_picture
+from hazbot_gym.viewer.video import Gif, Image, Mp4, Video, save_picture
 
 LAST_STAYS_S = 1.5  # display time of an episode's last frame
 MOST_PER_S = 30.0  # frame rate of a video; frames are dropped above it
-FILMS: dict[str, type[Mp4 | Gif]] = {".mp4": Mp4, ".gif": Gif}
+VIDEOS: dict[str, type[Mp4 | Gif]] = {".mp4": Mp4, ".gif": Gif}
 PICTURE = ".png"
 
 
@@ -28,7 +28,7 @@ class Stopped(Exception):
         self.for_good = for_good
 
 
-class Screen(Protocol):
+class Sink(Protocol):
     """Sink: receives every decision instant of an episode."""
 
     def see(self, picture: Callable[[], Image], time_s: float, *, is_last: bool) -> None:
@@ -47,7 +47,7 @@ class Screen(Protocol):
         """Close the sink."""
 
 
-class LiveScreen:
+class WindowSink:
     """A window with key control."""
 
     def __init__(self, title: str, pictures_per_s: float) -> None:
@@ -86,13 +86,13 @@ class LiveScreen:
         return is_single_step or not self._is_paused
 
 
-class FilmScreen:
+class VideoSink:
     """A video of all instants."""
 
     def __init__(self, path: Path, ending: str, pictures_per_s: float) -> None:
         self._stride = math.ceil(pictures_per_s / MOST_PER_S)
         rate = pictures_per_s / self._stride
-        self._film: Film = FILMS[ending](path, rate)
+        self._video: Video = VIDEOS[ending](path, rate)
         self._last_stays = round(LAST_STAYS_S * rate)
         self._seen = 0
 
@@ -101,19 +101,19 @@ class FilmScreen:
         if is_last or self._seen % self._stride == 0:
             image = picture()
             for _ in range(self._last_stays if is_last else 1):
-                self._film.add(image)
+                self._video.add(image)
         self._seen += 1
 
     def close(self) -> None:
         """Finish the video."""
-        self._film.close()
+        self._video.close()
 
     def check(self) -> None:
         """Raise an OSError if the video file is incomplete."""
-        self._film.check()
+        self._video.check()
 
 
-class PictureScreen:
+class PictureSink:
     """One picture, of a given time or of the end."""
 
     def __init__(self, path: Path, at_s: float | None) -> None:

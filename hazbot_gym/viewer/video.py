@@ -18,12 +18,12 @@ try:
 except ImportError as error:
     raise MissingExtra("moviepy", "render") from error  # the extra with both packages
 
-INCOMPLETE = "the film is not complete; is there enough space?"
+INCOMPLETE = "the video is not complete; is there enough space?"
 Image = npt.NDArray[np.uint8]  # (height, width, 3), with even sides
 PLAIN = PIL.Image.Dither.NONE  # dithering flickers and increases the size
 
 
-class Film(Protocol):
+class Video(Protocol):
     """A video file, written frame by frame."""
 
     def add(self, image: Image) -> None:

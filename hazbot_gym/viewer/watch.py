@@ -28,13 +28,13 @@ from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.utils.files import check_writable, write_atomically
 from hazbot_gym.utils.terminal import FittedTable
 from hazbot_gym.viewer.sinks import (
-    FILMS,
     PICTURE,
-    FilmScreen,
-    LiveScreen,
-    PictureScreen,
-    Screen,
+    VIDEOS,
+    PictureSink,
+    Sink,
     Stopped,
+    VideoSink,
+    WindowSink,
 )
 from hazbot_gym.viewer.video import Image
 
@@ -75,21 +75,21 @@ class Show(NamedTuple):
 class Watched(gymnasium.Wrapper[Any, Any, Any, Any]):
     """Environment wrapper that feeds a sink."""
 
-    def __init__(self, env: Environment, screen: Screen) -> None:
+    def __init__(self, env: Environment, sink: Sink) -> None:
         super().__init__(env)
-        self._screen = screen
+        self._sink = sink
 
     def reset(self, **options: Any) -> tuple[Any, Info]:
         """Reset, and show the instant."""
         observation, info = self.env.reset(**options)
-        self._screen.see(self._paint, info["time_s"], is_last=False)
+        self._sink.see(self._paint, info["time_s"], is_last=False)
         return observation, info
 
     def step(self, action: object) -> tuple[object, Any, bool, bool, Info]:
         """Step, and show the instant."""
         observation, reward, terminated, truncated, info = self.env.step(action)
         is_last = terminated or truncated
-        self._screen.see(self._paint, info["time_s"], is_last=is_last)
+        self._sink.see(self._paint, info["time_s"], is_last=is_last)
         return observation, reward, terminated, truncated, info
 
     def _paint(self) -> Image:
@@ -105,8 +105,8 @@ def watch_live(show: Show) -> list[Row]:
         InvalidInput: an argument is not usable, or there is no display.
     """
     env, rate = _make(show)
-    with closing(LiveScreen(f"{show.policy} in {show.env_id}", rate)) as screen:
-        return _play(show, env, screen)
+    with closing(WindowSink(f"{show.policy} in {show.env_id}", rate)) as sink:
+        return _play(show, env, sink)
 
 
 def save(
@@ -131,14 +131,14 @@ def save(
     rows: list[Row] = []
 
     def write(beside: Path) -> None:
-        screen: FilmScreen | PictureScreen
+        sink: VideoSink | PictureSink
         if path.suffix == PICTURE:
-            screen = PictureScreen(beside, at_s)
+            sink = PictureSink(beside, at_s)
         else:
-            screen = FilmScreen(beside, path.suffix, rate)
-        with closing(screen):
-            rows.extend(_play(show, env, screen))
-        screen.check()
+            sink = VideoSink(beside, path.suffix, rate)
+        with closing(sink):
+            rows.extend(_play(show, env, sink))
+        sink.check()
 
     write_atomically(path, write)
     return rows
@@ -164,8 +164,8 @@ def _make(show: Show) -> tuple[Environment, float]:
     return env, show.speed / decision_s
 
 
-def _play(show: Show, env: Environment, screen: Screen) -> list[Row]:
-    policy, watched = make_policy(show.policy, allow_pickle=show.allow_pickle), Watched(env, screen)
+def _play(show: Show, env: Environment, sink: Sink) -> list[Row]:
+    policy, watched = make_policy(show.policy, allow_pickle=show.allow_pickle), Watched(env, sink)
     name = scenario_set(show.env_id, show.overrides).name
     rows: list[Row] = []
     for index in itertools.count():
@@ -183,7 +183,7 @@ def _play(show: Show, env: Environment, screen: Screen) -> list[Row]:
 
 
 def _check_file(show: Show, path: Path, at_s: float | None, is_replacing: bool) -> None:
-    given, endings = f"given {str(path)!r}", (*FILMS, PICTURE)
+    given, endings = f"given {str(path)!r}", (*VIDEOS, PICTURE)
     if path.suffix not in endings:
         raise InvalidInput(f"save: {given}, allowed endings are {', '.join(endings)}")
     if path.is_dir() or (path.exists() and not is_replacing):

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from numba.core import caching
 
-from hazbot_gym.core import jit, notice, sources
+from hazbot_gym.core import compile_message, jit, sources
 from hazbot_gym.core.fuzzy_pid import gain_table
 from hazbot_gym.core.jit import kernel, lean_kernel, scalar
 from hazbot_gym.core.state import Floats
@@ -68,7 +68,7 @@ class Toy:
     def __init__(self, folder: Path) -> None:
         self.root = folder / "toy"
         (self.root / "core").mkdir(parents=True)
-        for module in (jit, notice, sources):
+        for module in (compile_message, jit, sources):
             text = Path(str(module.__file__)).read_text().replace("hazbot_gym.", "toy.")
             (self.root / "core" / f"{module.__name__.rpartition('.')[2]}.py").write_text(text)
         for file, text in {"__init__": "", "core/__init__": "", "loop": LOOP}.items():

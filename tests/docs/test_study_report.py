@@ -63,7 +63,7 @@ def summary(**learner: float) -> dict[str, Any]:
         "reference": "fuzzy_expert, tuned",
         "sets": {"test": block, "test/Crossing": block, "test/Leading": block},
         "fronts": {"together": front},
-        "yardstick": {"exact": best, "searched": best},
+        "oracle": {"exact": best, "searched": best},
     }
 
 
@@ -155,9 +155,9 @@ def test_a_target_that_is_missed_says_so(changes: dict[str, float], aim: str) ->
     assert any(each.startswith(aim) for each in missed)
 
 
-def test_targets_against_the_yardstick_are_missed_below_their_marks() -> None:
+def test_targets_against_the_oracle_are_missed_below_their_marks() -> None:
     found = record(**GOOD)
-    exact, searched = (found["yardstick"][kind]["policies"] for kind in ("exact", "searched"))
+    exact, searched = (found["oracle"][kind]["policies"] for kind in ("exact", "searched"))
     exact["residual"]["normalised"]["mean"] = 94.0
     searched["residual"]["delay_removed"]["mean"] = 49.0
     found["together"]["test"]["residual"]["return_gain"]["probability"]["mean"] = 0.9

@@ -1,4 +1,4 @@
-"""A batch shows its worlds as single environments show themselves, and films are made of it."""
+"""A batch shows its worlds as single environments show themselves, and videos are made of it."""
 
 from __future__ import annotations
 
@@ -98,20 +98,20 @@ def test_a_copy_shows_the_same() -> None:
 
 
 @pytest.mark.skipif(
-    not hasattr(wrappers.vector, "RecordVideo"), reason="before 1.2.3 Gymnasium films no batches"
+    not hasattr(wrappers.vector, "RecordVideo"), reason="before 1.2.3 Gymnasium records no batches"
 )
 def test_gymnasium_records_all_worlds(tmp_path: Path) -> None:
     made = gymnasium.make_vec(
         "hazbot_gym/Corridor-v0", 2, vectorization_mode="vector_entry_point", **SHORT
     )
-    film_of = wrappers.vector.RecordVideo
-    envs = film_of(made, str(tmp_path / "film"), episode_trigger=lambda episode: episode == 0)
+    video_of = wrappers.vector.RecordVideo
+    envs = video_of(made, str(tmp_path / "video"), episode_trigger=lambda episode: episode == 0)
     envs.reset(seed=0)
     for action in actions(2, 10):
         envs.step(action)
     envs.close()
-    film = str(tmp_path / "film" / "rl-video-episode-0.mp4")
-    assert imageio_ffmpeg.count_frames_and_secs(film) == (9, pytest.approx(0.9))
+    video = str(tmp_path / "video" / "rl-video-episode-0.mp4")
+    assert imageio_ffmpeg.count_frames_and_secs(video) == (9, pytest.approx(0.9))
 
 
 def test_stable_baselines_records_the_first_worlds(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""An environment shows itself: pictures, a window, films by Gymnasium's own recorder."""
+"""An environment shows itself: pictures, a window, videos by Gymnasium's own recorder."""
 
 from __future__ import annotations
 
@@ -174,10 +174,10 @@ def test_a_screenless_machine_is_told_what_helps(monkeypatch: pytest.MonkeyPatch
 
 def test_gymnasium_records_a_film(tmp_path: Path) -> None:
     env = gymnasium.make("hazbot_gym/Corridor-v0", render_mode="rgb_array", max_episode_steps=5)
-    recorder = RecordVideo(env, str(tmp_path / "films"))
+    recorder = RecordVideo(env, str(tmp_path / "videos"))
     recorder.reset(seed=1)
     drive(recorder, 5)
     recorder.close()
 
-    (film,) = (tmp_path / "films").glob("*.mp4")
-    assert film.stat().st_size > 1000
+    (video,) = (tmp_path / "videos").glob("*.mp4")
+    assert video.stat().st_size > 1000

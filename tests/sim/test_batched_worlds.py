@@ -21,7 +21,7 @@ from hazbot_gym.sim.batched_worlds import (
 from hazbot_gym.sim.drive import place_robot
 from hazbot_gym.sim.walkers import Workspace, make_workspace
 from hazbot_gym.sim.world import World
-from hazbot_gym.task.scenario import Source
+from hazbot_gym.task.scenario import ScenarioSampler
 
 QUIET = {"wheel_noise_radps": 0.0, "heading_noise_rad": 0.0}
 
@@ -37,7 +37,7 @@ class Alone:
     """The first of two worlds, stepped by the batched engine's formulas; the other stands still."""
 
     def __init__(self, config: Config, key: int) -> None:
-        source = Source(config)
+        source = ScenarioSampler(config)
         scenario = source.draw(key)
         self.place, m = scenario.place, mechanics(config)
         self.mechanics = type(m)(*map(readable, m))
@@ -65,7 +65,7 @@ class Alone:
 
 def both(config: Config, key: int) -> tuple[Alone, World]:
     """Return the same world in both engines."""
-    scenario, world = Source(config).draw(key), World(config)
+    scenario, world = ScenarioSampler(config).draw(key), World(config)
     world.reset(scenario.place, scenario.people, scenario.recording, key)
     return Alone(config, key), world
 

@@ -28,7 +28,7 @@ from hazbot_gym.sim.people import CATCH_UP_MPS, move_people, social_step
 from hazbot_gym.sim.spacing import ROBOT_MARGIN_M
 from hazbot_gym.sim.walkers import Workspace, make_workspace
 from hazbot_gym.sim.world import World
-from hazbot_gym.task.scenario import Source
+from hazbot_gym.task.scenario import ScenarioSampler
 
 DT_S = 0.05
 KEY = np.uint64(5)
@@ -145,7 +145,7 @@ def test_people_choose_at_the_same_time_so_that_their_order_does_not_matter() ->
 
 def test_compiled_people_walk_like_interpreted_ones() -> None:
     config = make_config(people={"count": [4, 4]})
-    scenario = Source(config).draw(11)
+    scenario = ScenarioSampler(config).draw(11)
     slow, quick = scenario.people.copy(), scenario.people.copy()
     world = World(config)
     world.reset(scenario.place, quick, scenario.recording, 11)
@@ -183,7 +183,7 @@ def test_a_scripted_head_on_walker_leaves_a_robot_alone_that_stops(
     config = make_config(
         place=place, people={"model": "scripted", "family": "confronting", "count": [1, 1]}
     )
-    source, world = Source(config), World(config)
+    source, world = ScenarioSampler(config), World(config)
     for key in range(8):
         scenario = source.draw(key)
         world.reset(scenario.place, scenario.people, scenario.recording, key)

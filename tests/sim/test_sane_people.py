@@ -35,7 +35,7 @@ from hazbot_gym.core.state import (
 )
 from hazbot_gym.sim.people import move_people, social_step
 from hazbot_gym.sim.walkers import Workspace, make_workspace
-from hazbot_gym.task.scenario import Source
+from hazbot_gym.task.scenario import ScenarioSampler
 
 DT_S, SUBSTEPS = 0.05, 5  # social period [s], physics steps in it
 LONGEST = 4800  # social periods; the slowest leaders need 3730 for their way
@@ -146,7 +146,7 @@ def robot_on_path(place: Place, share: float) -> Records:
 def walkers(place_name: str, share: float, periods: int = LONGEST) -> npt.NDArray[np.void]:
     """Return the observations of everybody who came by a standing robot."""
     config = make_config(place=place_name)
-    source = Source(config)
+    source = ScenarioSampler(config)
     force = as_record(config.people.force)
     reactions = np.concatenate([as_record(reaction) for reaction in config.people.reactions])
     seen = []

@@ -10,15 +10,15 @@ from hazbot_gym.config import make_config
 from hazbot_gym.core.social_force import SocialForce
 from hazbot_gym.core.state import GONE, PRESENT, Records
 from hazbot_gym.sim.unattended import walk_in_parts, walk_unattended
-from hazbot_gym.task.scenario import Source
+from hazbot_gym.task.scenario import ScenarioSampler
 
 DT_S = 0.05
 CHECKED = """
 from hazbot_gym.config import make_config
 from hazbot_gym.core.social_force import SocialForce
 from hazbot_gym.sim.unattended import walk_unattended
-from hazbot_gym.task.scenario import Source
-source = Source(make_config(people={"model": "social_force", "count": [4, 4]}))
+from hazbot_gym.task.scenario import ScenarioSampler
+source = ScenarioSampler(make_config(people={"model": "social_force", "count": [4, 4]}))
 scenario = source.draw(7)
 scenario.people["reaction"] = [0, 1, 2, 3]
 walk_unattended(scenario.people, scenario.place, SocialForce(), key=1, steps=10, dt_s=0.05)
@@ -26,7 +26,7 @@ walk_unattended(scenario.people, scenario.place, SocialForce(), key=1, steps=10,
 
 
 def walk(model: str, *, key: int = 3, steps: int = 400) -> Records:
-    source = Source(make_config(people={"model": model, "count": [4, 4]}))
+    source = ScenarioSampler(make_config(people={"model": model, "count": [4, 4]}))
     scenario = source.draw(7)
     return walk_unattended(
         scenario.people, scenario.place, SocialForce(), key=key, steps=steps, dt_s=DT_S
@@ -52,7 +52,7 @@ def test_the_fluctuations_are_those_of_the_key() -> None:
 
 
 def test_a_walk_in_parts_is_the_same_walk() -> None:
-    scenario = Source(make_config(people={"count": [4, 4]})).draw(7)
+    scenario = ScenarioSampler(make_config(people={"count": [4, 4]})).draw(7)
     parts = walk_in_parts(
         scenario.people, scenario.place, SocialForce(), key=3, steps=400, dt_s=DT_S, part=37
     )

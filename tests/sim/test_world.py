@@ -23,7 +23,7 @@ from hazbot_gym.sim import world as world_module
 from hazbot_gym.sim.world import World
 from hazbot_gym.task.outcome import BY_PERSON, BY_ROBOT, contact_cause
 from hazbot_gym.task.places import load_place
-from hazbot_gym.task.scenario import Source
+from hazbot_gym.task.scenario import ScenarioSampler
 
 TOUCH_M = ROBOT_RADIUS_M + 0.2
 IDEAL = {"wheel_loop": "ideal", "start_speed_mps": 0.5}
@@ -33,7 +33,7 @@ EVERYWHERE = ["corridor", "intersection", "doorway", "circle", "aisle", "open"]
 def drawn(config: Any, key: int, world: World | None = None) -> World:
     """Return a world at the start of a drawn scenario."""
     world = world or World(config)
-    scenario = Source(config).draw(key)
+    scenario = ScenarioSampler(config).draw(key)
     world.reset(scenario.place, scenario.people, scenario.recording, key)
     return world
 

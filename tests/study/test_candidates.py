@@ -92,7 +92,7 @@ def test_all_who_take_part_have_rows_and_learners_one_for_each_seed(
     assert (keys == 1).all()
 
 
-def test_summary_counts_training_seeds_as_luck(finished: Path) -> None:
+def test_summary_counts_training_seeds_as_runs(finished: Path) -> None:
     summary = read_json(finished / store.SUMMARY)
     block = summary["sets"]["Crossing"]
     assert block["tiny ppo"]["training_seeds"] == 2
@@ -112,7 +112,7 @@ def test_manifest_names_files_from_the_folder_which_can_be_moved(
     moved = tmp_path / "elsewhere"
     shutil.copytree(finished, moved)
     manifest = read_json(moved / store.MANIFEST)
-    assert manifest["entrants"]["tiny ppo"] == [
+    assert manifest["candidates"]["tiny ppo"] == [
         f"learned:path=trained/tiny_ppo/{seed}/policy.npz" for seed in (0, 1)
     ]
     page = report.make_page(report.read(moved))

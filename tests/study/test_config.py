@@ -69,7 +69,7 @@ def test_equal_values_are_the_same_study_and_every_change_makes_another(tmp_path
         ({"trial_episodes": 10**12}, "trial_episodes ... 1000000000000", "less than or equal"),
         ({"episodes_per_shard": 10**12}, "episodes_per_shard: given", "less"),
         ({"seed": 2**64}, "seed ... 18446744073709551616", "184"),
-        ({"yardstick": {"sets": ["E*"], "worlds": 10**9}}, "yardstick.worlds: given", "10000"),
+        ({"oracle": {"sets": ["E*"], "worlds": 10**9}}, "oracle.worlds: given", "10000"),
         ({"ssm": {"braking_mps2": "1"}}, "ssm.braking_mps2 ... '1'", "number"),
         ({"ssm": {"reaction_s": 1e300}}, "ssm.reaction_s ... 1e+300", "sizes of"),
         ({"learners": [{"name": "a", "config": "a", "seeds": 10**6}]}, "seeds: given", "1000"),

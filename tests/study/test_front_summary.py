@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hazbot_gym.policies.knobs import sweep
+from hazbot_gym.policies.sweeps import sweep
 from hazbot_gym.study.config import Fronts, load_study
 from hazbot_gym.study.front_summary import summarise_fronts
 from tests.refusals import refused
 
-LUCK: Any = {"resamples": 200, "confidence": 0.95, "seed": 0}
+INTERVAL: Any = {"resamples": 200, "confidence": 0.95, "seed": 0}
 
 
 def rows(policy: str, time: float, intrusion: float, seeds: int = 1) -> pd.DataFrame:
@@ -29,7 +29,7 @@ def rows(policy: str, time: float, intrusion: float, seeds: int = 1) -> pd.DataF
 def test_families_are_areas_up_to_the_corner_and_learners_may_have_other_numbers_of_seeds() -> None:
     fronts = Fronts(sets=("a",), groups={"one": ("p",), "two": ("p", "q", "r")}, corner=(2.0, 1.0))
     together = pd.concat([rows("p", 1.5, 0.5), rows("q", 1.25, 0.75, 3), rows("r", 1.6, 0.6)])
-    found = summarise_fronts(together, fronts, **LUCK)
+    found = summarise_fronts(together, fronts, **INTERVAL)
     assert found["one"]["hypervolume"] == pytest.approx((0.25, 0.25, 0.25))
     assert found["two"]["hypervolume"].mean == pytest.approx(0.25 + 0.25 * 0.25)
     assert found["two"]["difference"].mean == pytest.approx(0.0625)
@@ -52,7 +52,7 @@ def test_a_study_drives_the_sweeps_of_its_fronts_only_where_they_are_wanted() ->
     ("part", "named"),
     [
         ({"fronts": {"sets": ["nowhere"]}}, "fronts.sets ... 'nowhere'"),
-        ({"yardstick": {"sets": ["nowhere"]}}, "yardstick.sets ... 'nowhere'"),
+        ({"oracle": {"sets": ["nowhere"]}}, "oracle.sets ... 'nowhere'"),
         ({"fronts": {"sets": ["Crossing"], "groups": {"g": ["who"]}}}, "fronts.groups.g"),
         ({"fronts": {"sets": ["Crossing"], "families": ["who"]}}, "sweep ... 'who'"),
     ],

@@ -14,8 +14,8 @@ from rich.console import Console
 from hazbot_gym.evaluation import workers
 from hazbot_gym.policies.base import NO_CODE, Permissions
 from hazbot_gym.study import candidates, store
-from hazbot_gym.study.config import StudyConfig, Yardstick, load_study
-from hazbot_gym.study.run import StoredShard, plan, plan_yardstick, run_study
+from hazbot_gym.study.config import Oracle, StudyConfig, load_study
+from hazbot_gym.study.run import StoredShard, plan, plan_oracle, run_study
 from hazbot_gym.study.stamps import Stamps
 from hazbot_gym.utils import files, provenance
 from tests.refusals import refused
@@ -65,7 +65,7 @@ def parallel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def planned(out: Path) -> Iterator[StoredShard]:
-    return plan(STUDY, out, candidates.entrants(STUDY, out))
+    return plan(STUDY, out, candidates.of_study(STUDY, out))
 
 
 def said(run: Callable[[Console], object]) -> str:
@@ -97,13 +97,13 @@ def test_no_two_policies_sets_or_seeds_share_a_shard(tmp_path: Path) -> None:
     sets = [{"name": name, "env": "hazbot_gym/Circle-v0"} for name in ("set", "b--set", "SET")]
     study = load_study(sets=sets, episodes=2, episodes_per_shard=1)
     names = {"a": 2, "a-1": 1, "a--b": 1, "A": 1, "best drive": 1, "long" * 99: 1, "я" * 199: 1}
-    taking_part = [
-        candidates.Entrant(name, ("constant:0.5",) * seeds) for name, seeds in names.items()
+    policies = [
+        candidates.Candidate(name, ("constant:0.5",) * seeds) for name, seeds in names.items()
     ]
-    yardstick = Yardstick(sets=("set", "b--set", "SET"))
+    oracle = Oracle(sets=("set", "b--set", "SET"))
     shards = [
-        *plan(study, tmp_path, taking_part),
-        *plan_yardstick(study.model_copy(update={"yardstick": yardstick}), tmp_path, taking_part),
+        *plan(study, tmp_path, policies),
+        *plan_oracle(study.model_copy(update={"oracle": oracle}), tmp_path, policies),
     ]
     paths = [shard.path.name.casefold() for shard in shards]
     assert len(paths) == len(set(paths)) == 8 * 3 * 2 + 3
@@ -263,10 +263,9 @@ def test_an_edited_place_is_run_again_and_no_other_set(
 
 
 def test_no_number_and_no_stamp_depends_on_what_is_allowed(tmp_path: Path) -> None:
-    taking_part = candidates.entrants(STUDY, tmp_path)
+    policies = candidates.of_study(STUDY, tmp_path)
     plans = [
-        list(plan(STUDY, tmp_path, taking_part, Stamps(STUDY, allowed)))
-        for allowed in (CODE, NO_CODE)
+        list(plan(STUDY, tmp_path, policies, Stamps(STUDY, allowed))) for allowed in (CODE, NO_CODE)
     ]
     assert [each.stamp for each in plans[0]] == [each.stamp for each in plans[1]]
     assert {each.work.allowed for each in plans[0]} == {CODE}

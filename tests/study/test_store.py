@@ -249,7 +249,7 @@ def test_leftovers_of_a_killed_run_are_swept_and_nothing_else(tmp_path: Path) ->
     leftovers = [tmp_path / ".summary.json.x.tmp", tmp_path / "shards" / ".a.parquet.y.tmp"]
     for path in keep + leftovers:
         path.write_text("")
-    store.sweep(tmp_path)
+    store.remove_partial(tmp_path)
     assert all(path.exists() for path in keep)
     assert not any(path.exists() for path in leftovers)
 

@@ -30,7 +30,7 @@ def made_up_rows(study: StudyConfig = STUDY) -> list[dict[str, object]]:
         for better, policy in enumerate(study.policies):
             rng = np.random.default_rng(0)
             for index in range(study.episodes):
-                luck = rng.normal()
+                noise = rng.normal()
                 rows.append(
                     dict.fromkeys((*HEADLINE, *RATES), 0)
                     | {
@@ -44,9 +44,9 @@ def made_up_rows(study: StudyConfig = STUDY) -> list[dict[str, object]]:
                         "scenario_hash": str(index),
                         "ssm_profile": study.ssm.profile(),
                         "arrived": int(index > 1),
-                        "kinetic_intrusion_m2": 3.0 + luck - 0.5 * better,
+                        "kinetic_intrusion_m2": 3.0 + noise - 0.5 * better,
                         "time_ratio": 1.25,
-                        "return": -1234.5 + luck,
+                        "return": -1234.5 + noise,
                         "contact_speed_mps": float("nan"),
                     }
                 )

@@ -8,8 +8,8 @@ import pytest
 from hazbot_gym.evaluation import rollout
 from hazbot_gym.evaluation.metrics import means
 from hazbot_gym.policies import base
-from hazbot_gym.policies.knobs import KNOBS
-from hazbot_gym.policies.search_spaces import SPACES, Interval
+from hazbot_gym.policies.sweeps import SWEEPS
+from hazbot_gym.policies.tuning_spaces import SPACES, Interval
 from hazbot_gym.study import bank_sets, tuning
 from hazbot_gym.study.tuning import VALIDATION, Search, tune
 from hazbot_gym.utils.files import read_json
@@ -18,7 +18,7 @@ from tests.refusals import refused
 
 @pytest.fixture
 def hill(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Judge policies by how near their knob is to 0.7, without running anything."""
+    """Judge policies by how near their option is to 0.7, without running anything."""
 
     def judge(policy: str, search: Search, threads: int) -> dict[str, Any]:
         value = float(policy.partition("fraction=")[2])
@@ -45,8 +45,8 @@ def test_whatever_may_be_tuned_makes_a_policy(family: str) -> None:
 
 
 def test_every_family_with_a_knob_can_be_tuned_by_it() -> None:
-    for family, knob in KNOBS.items():
-        assert knob.option in SPACES[family]
+    for family, sweep in SWEEPS.items():
+        assert sweep.option in SPACES[family]
 
 
 def test_a_search_finds_the_top_of_a_hill(tmp_path: Path, hill: None) -> None:

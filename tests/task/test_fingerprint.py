@@ -7,11 +7,11 @@ import pytest
 
 from hazbot_gym.config import make_config
 from hazbot_gym.task.fingerprint import PARAMETERS, fingerprint, parameters
-from hazbot_gym.task.scenario import Scenario, Source
+from hazbot_gym.task.scenario import Scenario, ScenarioSampler
 
 
 def drawn(key: int = 7, **overrides: Any) -> Scenario:
-    return Source(make_config(**overrides)).draw(key)
+    return ScenarioSampler(make_config(**overrides)).draw(key)
 
 
 def test_everybody_who_comes_is_written_down_with_what_was_drawn() -> None:

@@ -12,7 +12,7 @@ from hazbot_gym.core.geometry import nearest_on_segment, path_length, sample_pat
 from hazbot_gym.core.state import ACROSS, AGAINST, ALONG, ROBOT_RADIUS_M, Floats, Place
 from hazbot_gym.errors import DoubtfulPlace
 from hazbot_gym.task.places import PLACES, load_place
-from hazbot_gym.task.scenario import Source
+from hazbot_gym.task.scenario import ScenarioSampler
 from tests.refusals import refused
 
 LENGTHS_M = {"circle": 2.0 * np.pi * 3.431, "aisle": 12.0 + np.pi / 2.0}  # 12 m elsewhere
@@ -239,35 +239,35 @@ def test_implausible_place_is_refused_with_the_figure(
 def test_a_door_that_leaves_no_room_for_tracking_errors_is_doubted(tmp_path: Path) -> None:
     door = drawn(tmp_path, walls=[[6, 1.2, 6, 0.31], [6, -1.2, 6, -0.31]])
     with pytest.warns(DoubtfulPlace, match=r"wall at 0.31 m near \(6.0, 0.0\); a robot of radius"):
-        Source(make_config(place=door))
+        ScenarioSampler(make_config(place=door))
     wide = drawn(tmp_path, walls=[[6, 1.2, 6, 0.4], [6, -1.2, 6, -0.4]])
-    Source(make_config(place=wide))  # a warning would be an error
+    ScenarioSampler(make_config(place=wide))  # a warning would be an error
     with pytest.warns(DoubtfulPlace, match="up to 0.14 m"):
-        Source(make_config(place=wide, drive={"nominal_speed_mps": 1.0}))
+        ScenarioSampler(make_config(place=wide, drive={"nominal_speed_mps": 1.0}))
 
 
 def test_a_wall_ahead_of_the_end_is_no_narrow_passage() -> None:
-    Source(make_config(scenario="C-experiment+wall"))
+    ScenarioSampler(make_config(scenario="C-experiment+wall"))
 
 
 def test_a_path_longer_than_an_episode_is_doubted(tmp_path: Path) -> None:
     place = drawn(tmp_path, path={"points": [[0, 0], [40, 0]]})
     message = r"40.0 m long, 80 s at 0.5 m/s, and an episode ends after 60 s .*needed are more than"
     with pytest.warns(DoubtfulPlace, match=message):
-        Source(make_config(place=place))
-    Source(make_config(place=place, max_episode_steps=900))
+        ScenarioSampler(make_config(place=place))
+    ScenarioSampler(make_config(place=place, max_episode_steps=900))
     with pytest.warns(DoubtfulPlace, match="place corridor: the path is 50.0 m long"):
-        Source(make_config(place_options={"length_m": 50.0}))
+        ScenarioSampler(make_config(place_options={"length_m": 50.0}))
 
 
 def test_a_path_that_only_the_start_makes_too_long_is_doubted(tmp_path: Path) -> None:
-    Source(make_config(place=drawn(tmp_path, path={"points": [[0, 0], [29.75, 0]]})))
+    ScenarioSampler(make_config(place=drawn(tmp_path, path={"points": [[0, 0], [29.75, 0]]})))
     place = drawn(tmp_path, path={"points": [[0, 0], [29.9, 0]]})  # 59.7 s at full speed
     with pytest.warns(DoubtfulPlace, match="no robot arrives"):
-        Source(make_config(place=place))
+        ScenarioSampler(make_config(place=place))
 
 
 def test_walls_in_another_unit_than_the_path_are_doubted(tmp_path: Path) -> None:
     place = drawn(tmp_path, walls=[[-200, 120, 1400, 120], [-200, -120, 1400, -120]])
     with pytest.warns(DoubtfulPlace, match=r"nearest wall is 120 m .* are both in meters\?"):
-        Source(make_config(place=place))
+        ScenarioSampler(make_config(place=place))

@@ -10,7 +10,7 @@ from hazbot_gym.config import SCENARIOS, make_config
 from hazbot_gym.core.geometry import route_pose
 from hazbot_gym.core.recorded_table import rows_from
 from hazbot_gym.core.state import PRESENT, SCRIPTED, SOCIAL_FORCE, WAITING
-from hazbot_gym.task.scenario import Scenario, Source
+from hazbot_gym.task.scenario import Scenario, ScenarioSampler
 from hazbot_gym.task.synthetic_tracks import synthetic_recording
 from hazbot_gym.task.tracks import resample
 from tests.refusals import refused
@@ -23,8 +23,8 @@ routes: [{points: [[3, -4], [3, 4]]}]
 MODELS = ("scripted", "social_force", "replay", "seeded")
 
 
-def source(**overrides: Any) -> Source:
-    return Source(make_config(**overrides))
+def source(**overrides: Any) -> ScenarioSampler:
+    return ScenarioSampler(make_config(**overrides))
 
 
 def walker(x_m: float, y_m: float, vx_mps: float, vy_mps: float) -> dict[str, float]:

@@ -13,7 +13,7 @@ from PIL import Image
 from hazbot_gym.config import make_config
 from hazbot_gym.task.inputs import input_files
 from hazbot_gym.task.places import load_place
-from hazbot_gym.task.scenario import Source
+from hazbot_gym.task.scenario import ScenarioSampler
 from hazbot_gym.task.wall_files import read_walls
 from tests.refusals import refused
 
@@ -179,7 +179,7 @@ def test_a_place_file_names_its_walls_beside_it(tmp_path: Path, walls: str) -> N
     lab.write_text(f"name: lab\nwalls: {walls}\npath: {{points: [[0, 0], [8, 0]]}}\n")
     config = make_config(place=str(lab))
 
-    assert len(Source(config).draw(0).place.walls) == 4
+    assert len(ScenarioSampler(config).draw(0).place.walls) == 4
     image = [tmp_path / "map.pgm"] if walls == "map.yaml" else []
     assert input_files(config) == [lab, tmp_path / walls, *image]
 

@@ -15,7 +15,7 @@ from hazbot_gym.training.vec_envs import make_envs
 
 
 def config(**changes: Any) -> TrainConfig:
-    values: dict[str, Any] = {"worlds": 3, "timed_critic": True, "network": {"net_arch": [8]}}
+    values: dict[str, Any] = {"worlds": 3, "asymmetric_critic": True, "network": {"net_arch": [8]}}
     return load_training(None, **{**values, **changes})
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.training.config import TrainConfig, load_training, shares
+from hazbot_gym.training.config import TrainConfig, load_training, split
 
 
 def test_a_file_holds_deltas_and_changes_go_before_it(tmp_path: Path) -> None:
@@ -42,8 +42,8 @@ def test_equal_values_are_the_same_run_and_every_change_makes_another() -> None:
 
 
 def test_worlds_are_shared_out_evenly() -> None:
-    assert shares(512, 1) == [512]
-    assert shares(10, 4) == [3, 3, 2, 2]
+    assert split(512, 1) == [512]
+    assert split(10, 4) == [3, 3, 2, 2]
 
 
 @pytest.mark.parametrize(
@@ -70,7 +70,7 @@ def test_worlds_are_shared_out_evenly() -> None:
         ({"validation": {"every_steps": 10**15}}, "validation.every_steps: given", "less than"),
         ({"imitation": {"decisions": 10**12}}, "imitation.decisions: given", "50000000"),
         ({"steps": "3e6"}, "steps: given '3e6'", "valid integer"),
-        ({"timed_critic": "yes"}, "timed_critic: given 'yes'", "valid boolean"),
+        ({"asymmetric_critic": "yes"}, "asymmetric_critic: given 'yes'", "valid boolean"),
         ({"learning_rate": 1e-300}, "learning_rate: given 1e-300", "sizes of"),
         ({"learning_rate": "fast"}, "learning_rate: given 'fast'", "valid number"),
     ],

@@ -130,5 +130,5 @@ def test_what_cannot_be_taught_is_refused_before_anything_is_written(
 
 
 def test_a_pupil_has_no_critic_to_time() -> None:
-    with pytest.raises(InvalidInput, match="^timed_critic: given with algorithm 'dagger'"):
-        run(timed_critic=True)
+    with pytest.raises(InvalidInput, match="^asymmetric_critic: given with algorithm 'dagger'"):
+        run(asymmetric_critic=True)

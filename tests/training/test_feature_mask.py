@@ -37,7 +37,7 @@ def test_fields_are_found_by_their_names() -> None:
     "changes",
     [
         {"algorithm": "ppo"},
-        {"algorithm": "ppo", "timed_critic": True},
+        {"algorithm": "ppo", "asymmetric_critic": True},
         {"algorithm": "recurrent_ppo"},
         {"algorithm": "sac", "options": {"buffer_size": 10}},
         {"algorithm": "td3", "options": {"buffer_size": 10}},

@@ -49,7 +49,7 @@ def test_an_answer_that_is_clipped_to_the_teachers_is_no_miss() -> None:
 @pytest.mark.parametrize("is_timed", [False, True])
 def test_the_student_does_what_the_teacher_does(tmp_path: Path, *, is_timed: bool) -> None:
     shaping = "free_drive" if is_timed else "none"
-    config = quick(timed_critic=is_timed, shaping=shaping)
+    config = quick(asymmetric_critic=is_timed, shaping=shaping)
     result = train(config, tmp_path / "run")
     student, teacher = policies.make(f"learned:{result.policy}"), policies.make("fuzzy_expert")
     envs = CorridorVectorEnv(64, config.environments()[0])
@@ -73,7 +73,7 @@ def test_equal_seeds_learn_equally(tmp_path: Path) -> None:
     assert not torch.equal(weights[0][first], weights[2][first])
 
 
-@pytest.mark.parametrize("change", [{"imitation": {}}, {"timed_critic": True}])
+@pytest.mark.parametrize("change", [{"imitation": {}}, {"asymmetric_critic": True}])
 def test_other_algorithms_refuse_it(change: dict[str, Any]) -> None:
     with pytest.raises(InvalidInput, match=r"given with algorithm 'sac', allowed (is|are) 'ppo'"):
         load_training(None, algorithm="sac", **change)

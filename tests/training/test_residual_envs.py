@@ -37,7 +37,7 @@ def run(**changes: Any) -> TrainConfig:
 
 @pytest.mark.parametrize("is_timed", [False, True])
 def test_without_corrections_the_worlds_are_those_of_the_base(*, is_timed: bool) -> None:
-    config, base = run(timed_critic=is_timed), policies.make("fuzzy_expert")
+    config, base = run(asymmetric_critic=is_timed), policies.make("fuzzy_expert")
     alone, below = make_envs(config), ResidualEnvs(make_envs(config), config.residual)  # type: ignore[arg-type]
     for envs in (alone, below):
         envs.seed(5)
@@ -52,7 +52,7 @@ def test_without_corrections_the_worlds_are_those_of_the_base(*, is_timed: bool)
 
 @pytest.mark.parametrize("is_timed", [False, True])
 def test_training_begins_exactly_at_the_base(*, is_timed: bool) -> None:
-    config = run(timed_critic=is_timed)
+    config = run(asymmetric_critic=is_timed)
     model = make_model(config, make_envs(config))
     new = on_its_base(model, config.residual.model_dump())  # type: ignore[union-attr]
     assert validate(new, config) == validate(policies.make("fuzzy_expert"), config)

@@ -15,7 +15,7 @@ from hazbot_gym import policies
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import Permissions
 from hazbot_gym.training import callbacks, checkpoints
-from hazbot_gym.training.config import PUPILS, TrainConfig, load_training
+from hazbot_gym.training.config import STUDENTS, TrainConfig, load_training
 from hazbot_gym.training.run import Result, train
 from hazbot_gym.training.validation import validate
 from hazbot_gym.utils.files import read_json
@@ -41,7 +41,7 @@ def tiny(name: str = "ppo", **changes: Any) -> TrainConfig:
     """Return the run of a config file, as small as it gets."""
     config = load_training(CONFIGS / f"{name}.yaml")
     small = ON_POLICY if "ppo" in name else OFF_POLICY
-    if config.algorithm in PUPILS:
+    if config.algorithm in STUDENTS:
         small = {}
     values = {
         **TINY,
@@ -86,7 +86,7 @@ def test_every_config_trains_and_leaves_a_policy_that_drives(name: str, tmp_path
     config = tiny(name)
     result = train(config, tmp_path / "run")
     policy = policies.make(f"learned:{result.policy}")
-    width = result.model.observation_space.shape[0] - config.timed_critic
+    width = result.model.observation_space.shape[0] - config.asymmetric_critic
     actions, _ = policy.predict(np.zeros((3, width), np.float32))
     assert actions.shape == (3, 1)
     assert {path.name for path in (tmp_path / "run").iterdir()} >= {

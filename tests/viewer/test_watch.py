@@ -15,7 +15,7 @@ import pytest
 from hazbot_gym.envs.window import Window
 from hazbot_gym.evaluation.rollout import evaluate
 from hazbot_gym.viewer import sinks
-from hazbot_gym.viewer.sinks import FilmScreen, LiveScreen, PictureScreen, Stopped
+from hazbot_gym.viewer.sinks import PictureSink, Stopped, VideoSink, WindowSink
 from hazbot_gym.viewer.watch import Show, save, table, watch_live
 from tests.refusals import refused
 
@@ -58,25 +58,25 @@ def press(*keys: int) -> None:
 
 
 def test_a_film_plays_as_long_as_the_episode_and_holds_its_end(tmp_path: Path) -> None:
-    (row,) = save(SHORT, tmp_path / "film.mp4")
+    (row,) = save(SHORT, tmp_path / "video.mp4")
 
-    frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "film.mp4"))
+    frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "video.mp4"))
     assert row["outcome"] == "timeout"
     assert frames == 20 + 15  # the last picture stays for 1.5 s
     assert seconds == pytest.approx(3.5, abs=0.05)
-    assert [path.name for path in tmp_path.iterdir()] == ["film.mp4"]
+    assert [path.name for path in tmp_path.iterdir()] == ["video.mp4"]
 
 
 def test_an_animation_moves(tmp_path: Path) -> None:
-    save(SHORT._replace(speed=2.0), tmp_path / "film.gif")
+    save(SHORT._replace(speed=2.0), tmp_path / "video.gif")
 
-    with PIL.Image.open(tmp_path / "film.gif") as film:
-        assert film.format == "GIF"
-        assert film.info["duration"] == 50
-        assert film.n_frames >= 20
-        first = np.asarray(film.convert("RGB"))
-        film.seek(film.n_frames - 1)
-        assert not np.array_equal(first, np.asarray(film.convert("RGB")))
+    with PIL.Image.open(tmp_path / "video.gif") as video:
+        assert video.format == "GIF"
+        assert video.info["duration"] == 50
+        assert video.n_frames >= 20
+        first = np.asarray(video.convert("RGB"))
+        video.seek(video.n_frames - 1)
+        assert not np.array_equal(first, np.asarray(video.convert("RGB")))
 
 
 def test_a_picture_is_of_the_end_or_of_a_given_time(tmp_path: Path) -> None:
@@ -94,9 +94,9 @@ def test_a_picture_is_of_the_end_or_of_a_given_time(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "options", "complaint"),
     [
-        ("film.avi", {}, "film.avi ... .mp4, .gif, .png"),
+        ("video.avi", {}, "video.avi ... .mp4, .gif, .png"),
         ("there.png", {}, "there.png ... exists"),
-        ("film.mp4", {"at_s": 1.0}, "at ... 1.0"),
+        ("video.mp4", {"at_s": 1.0}, "at ... 1.0"),
         ("new.png", {"at_s": 9.0}, "at ... 9.0 ... 2.0 s"),
         ("there.png/below.png", {}, r"cannot write"),
     ],
@@ -143,27 +143,27 @@ def test_bad_input_is_refused_and_nothing_is_left(
     tmp_path: Path, change: dict[str, Any], complaint: str
 ) -> None:
     with refused(complaint):
-        save(SHORT._replace(**change), tmp_path / "film.gif")
+        save(SHORT._replace(**change), tmp_path / "video.gif")
 
     assert list(tmp_path.iterdir()) == []
 
 
 def test_of_a_fast_film_pictures_are_left_out(tmp_path: Path) -> None:
-    screen = FilmScreen(tmp_path / "film", ".gif", 60.0)
+    sink = VideoSink(tmp_path / "video", ".gif", 60.0)
     ramp = BLACK + 5 * np.arange(48, dtype=np.uint8)[:, np.newaxis]
     for k in range(7):
-        screen.see(lambda k=k: np.roll(ramp, k, axis=1), k / 10, is_last=k == 6)
-    screen.close()
+        sink.see(lambda k=k: np.roll(ramp, k, axis=1), k / 10, is_last=k == 6)
+    sink.close()
 
-    with PIL.Image.open(tmp_path / "film") as film:
-        assert film.n_frames == 4
+    with PIL.Image.open(tmp_path / "video") as video:
+        assert video.n_frames == 4
 
 
 def test_a_picture_is_painted_once(tmp_path: Path) -> None:
     painted = []
-    screen = PictureScreen(tmp_path / "picture", 0.2)
+    sink = PictureSink(tmp_path / "picture", 0.2)
     for k in range(5):
-        screen.see(lambda k=k: painted.append(k) or BLACK, k / 10, is_last=k == 4)
+        sink.see(lambda k=k: painted.append(k) or BLACK, k / 10, is_last=k == 4)
 
     assert painted == [2]
 
@@ -197,18 +197,18 @@ def test_what_is_watched_is_what_eval_measures() -> None:
     ids=["q", "escape", "closed", "r"],
 )
 def test_the_user_ends_it(event: pygame.event.Event, is_for_good: bool) -> None:
-    screen = LiveScreen("test", FAST)
-    screen.see(black, 0.0, is_last=False)
+    sink = WindowSink("test", FAST)
+    sink.see(black, 0.0, is_last=False)
     pygame.event.post(event)
 
     with pytest.raises(Stopped) as stopped:
-        screen.see(black, 0.1, is_last=False)
+        sink.see(black, 0.1, is_last=False)
     assert stopped.value.for_good == is_for_good
 
 
 def test_a_paused_window_waits_for_the_keys(monkeypatch: pytest.MonkeyPatch) -> None:
-    screen = LiveScreen("test", FAST)
-    screen.see(black, 0.0, is_last=False)
+    sink = WindowSink("test", FAST)
+    sink.see(black, 0.0, is_last=False)
     presses = iter([[pygame.K_RIGHT], [], [pygame.K_SPACE]])
     waits = []
 
@@ -219,11 +219,11 @@ def test_a_paused_window_waits_for_the_keys(monkeypatch: pytest.MonkeyPatch) -> 
 
     press(pygame.K_SPACE)
     monkeypatch.setattr(Window, "wait", wait)
-    screen.see(black, 0.1, is_last=False)  # space pauses it, the right arrow lets one pass
+    sink.see(black, 0.1, is_last=False)  # space pauses it, the right arrow lets one pass
     one = len(waits)
-    screen.see(black, 0.2, is_last=False)  # space goes on
+    sink.see(black, 0.2, is_last=False)  # space goes on
     two = len(waits)
-    screen.see(black, 0.3, is_last=False)
+    sink.see(black, 0.3, is_last=False)
 
     assert one < two
     assert len(waits) == two + 1
@@ -233,12 +233,12 @@ def test_a_paused_window_waits_for_the_keys(monkeypatch: pytest.MonkeyPatch) -> 
 def test_the_next_seed_follows_a_restart(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[float] = []
 
-    def see(self: LiveScreen, picture: Any, time_s: float, *, is_last: bool) -> None:
+    def see(self: WindowSink, picture: Any, time_s: float, *, is_last: bool) -> None:
         seen.append(time_s)
         if len(seen) == 4:
             raise Stopped(for_good=False)
 
-    monkeypatch.setattr(LiveScreen, "see", see)
+    monkeypatch.setattr(WindowSink, "see", see)
     seeds = [row["seed"] for row in evaluate("constant:0.5", CORRIDOR, episodes=2)]
 
     (row,) = watch_live(SHORT)

@@ -29,9 +29,9 @@ from hazbot_gym.evaluation.statistics.normalised_score import normalised_score
 from hazbot_gym.policies import make
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.policies.guard import Actions, Observations
-from hazbot_gym.policies.knobs import sweep
+from hazbot_gym.policies.sweeps import sweep
 from hazbot_gym.task.action import nearest_level
-from hazbot_gym.task.scenario import Source
+from hazbot_gym.task.scenario import ScenarioSampler
 from hazbot_gym.utils import processors
 from hazbot_gym.utils.json_object import JsonObject
 
@@ -99,7 +99,7 @@ def best_returns(
     config: Config, keys: Iterable[int], on_progress: Callable[[], None] = lambda: None
 ) -> Floats:
     """Return the optimum of every scenario."""
-    source = Source(config)
+    source = ScenarioSampler(config)
 
     def best(key: int) -> float:
         value = optimum(config, source.draw(key), key).value

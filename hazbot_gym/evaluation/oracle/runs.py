@@ -27,7 +27,7 @@ from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.policies.base import NO_CODE, Permissions
 from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.task.action import action_of_speed
-from hazbot_gym.task.scenario import Source
+from hazbot_gym.task.scenario import ScenarioSampler
 
 
 class OracleShard(NamedTuple):
@@ -78,7 +78,7 @@ def _exact(config: Config, seeds: Sequence[int]) -> list[trajectory_search.Found
     still = Plan(np.array([-1.0]))
     runs = batch_rollout.run_episodes(config, still, seeds, limit=1, threads=1)
     keys = [int(labels["scenario_key"]) for _, labels in runs]
-    source = Source(config)
+    source = ScenarioSampler(config)
     found = [optimum(config, source.draw(key), key, with_speeds=True) for key in keys]
     return [
         trajectory_search.Found(

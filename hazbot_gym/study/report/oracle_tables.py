@@ -9,7 +9,7 @@ from hazbot_gym.utils.json_object import JsonObject
 
 Estimate = Mapping[str, float | None]
 
-# Of ``summary["yardstick"]``: field, title, scale, digits.
+# Of ``summary["oracle"]``: field, title, scale, digits.
 REGRETS = (
     ("regret", "regret, in return", 1.0, 2),
     ("normalised", "normalised, constant speed to oracle, %", 100.0, 1),

@@ -193,7 +193,7 @@ def make_tables(study: Study, blocks: JsonObject) -> JsonObject:
         },
         "regrets": {
             name: (oracle_tables.regret_table(block, config.names), block)
-            for name, block in _in_order(study, "yardstick").items()
+            for name, block in _in_order(study, "oracle").items()
         },
         "tables": {
             name: (

@@ -17,7 +17,7 @@ from hazbot_gym.evaluation.oracle.dynamic_programming import optimum, reward_of
 from hazbot_gym.evaluation.oracle.headroom import QUIET_DRIVE, headroom_config
 from hazbot_gym.evaluation.oracle.lattice import LEVELS, Lattice, lattice_of
 from hazbot_gym.task.reward import TERMS, reward_terms, total
-from hazbot_gym.task.scenario import Source
+from hazbot_gym.task.scenario import ScenarioSampler
 from hazbot_gym.task.step_record import STEP, rules_of
 from tests.refusals import refused
 
@@ -81,14 +81,14 @@ def test_it_is_what_trying_everything_finds(who: str, tmp_path: Path) -> None:
     lattice, key = lattice_of(config), key_of(config, 0)
     every = np.array(list(sequences(lattice, config.max_episode_steps))) / (LEVELS - 1)
     assert len(every) > 500
-    found = optimum(config, Source(config).draw(key), key, with_speeds=True)
+    found = optimum(config, ScenarioSampler(config).draw(key), key, with_speeds=True)
     assert found.value == pytest.approx(returns_of(config, every, 0).max(), abs=1e-6)
 
 
 def test_its_speeds_earn_what_it_says() -> None:
     config = headroom_config("Crossing-v0")
     key = key_of(config, 2)
-    found = optimum(config, Source(config).draw(key), key, with_speeds=True)
+    found = optimum(config, ScenarioSampler(config).draw(key), key, with_speeds=True)
     shares = found.speeds_mps[None, :] / config.drive.nominal_speed_mps
     assert returns_of(config, shares, 2)[0] == pytest.approx(found.value, abs=1e-5)
 
@@ -107,17 +107,17 @@ def test_commands_beyond_the_limits_buy_nothing(commands: list[int]) -> None:
 def test_what_it_cannot_solve(tmp_path: Path) -> None:
     reacting = make_config(drive=QUIET_DRIVE)
     with refused("people.model ... 'social_force'"):
-        optimum(reacting, Source(reacting).draw(0), 0)
+        optimum(reacting, ScenarioSampler(reacting).draw(0), 0)
     noisy = make_config(people={"model": "scripted"})
     with refused("wheel_loop ideal"):
-        optimum(noisy, Source(noisy).draw(0), 0)
+        optimum(noisy, ScenarioSampler(noisy).draw(0), 0)
     for changes in ({"latency_steps": 1}, {"line_sensor": {"pitch_m": 0.015}}):
         late = problem(tmp_path, drive={**QUIET_DRIVE, **changes})
         with refused("latency_steps 0, and no line_sensor"):
-            optimum(late, Source(late).draw(0), 0)
+            optimum(late, ScenarioSampler(late).draw(0), 0)
     sluggish = problem(tmp_path, drive={**QUIET_DRIVE, "acceleration_mps2": 0.3})
     with refused("slew limits"):
-        optimum(sluggish, Source(sluggish).draw(0), 0)
+        optimum(sluggish, ScenarioSampler(sluggish).draw(0), 0)
 
 
 @given(st.integers(0, LEVELS - 1), st.integers(-1, 1), st.floats(0.0, 2.0))

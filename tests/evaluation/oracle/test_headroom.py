@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 from hazbot_gym.cli import app
 from hazbot_gym.evaluation.oracle import headroom
 from hazbot_gym.evaluation.oracle.headroom_report import family_rows
-from hazbot_gym.policies.knobs import sweep
+from hazbot_gym.policies.sweeps import sweep
 from hazbot_gym.utils.files import read_json
 
 RECORD = Path(__file__).parents[3] / "benchmarks" / "headroom.json"

@@ -92,7 +92,7 @@ def table(policy: str, returns: Any, times: Any) -> pd.DataFrame:
     )
 
 
-def test_regret_and_delay_are_worked_out_against_the_yardstick_of_the_same_scenario() -> None:
+def test_regret_and_delay_are_worked_out_against_the_oracle_of_the_same_scenario() -> None:
     best = pd.DataFrame(
         {
             "scenario_set": "a",
@@ -110,8 +110,8 @@ def test_regret_and_delay_are_worked_out_against_the_yardstick_of_the_same_scena
         ]
     )
     names = ("expert", "constant:0.5", "learner")
-    luck: Any = {"resamples": 200, "confidence": 0.95, "seed": 0}
-    found = regrets(rows, best, names, "expert", **luck)
+    interval: Any = {"resamples": 200, "confidence": 0.95, "seed": 0}
+    found = regrets(rows, best, names, "expert", **interval)
     assert found["constant"] == "constant:0.5"
     assert found["best"]["bound"] == 15.0
     learner, expert = found["policies"]["learner"], found["policies"]["expert"]

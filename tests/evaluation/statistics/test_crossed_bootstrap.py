@@ -38,9 +38,9 @@ def draw(seeds: int, scenarios: int, *, resamples: int = 200) -> CrossedDraws:
 
 
 def additive_scores(seeds: int, scenarios: int, rng: np.random.Generator) -> Floats:
-    """Scores symmetric about 0: luck of the seed, of the scenario, and of the run."""
-    luck = rng.normal(0.0, 0.1, (seeds, 1)) + rng.normal(0.0, 0.5, scenarios)
-    return luck + rng.normal(0.0, 0.3, (seeds, scenarios))
+    """Scores symmetric about 0: effects of the seed, of the scenario, and of the run."""
+    effects = rng.normal(0.0, 0.1, (seeds, 1)) + rng.normal(0.0, 0.5, scenarios)
+    return effects + rng.normal(0.0, 0.3, (seeds, scenarios))
 
 
 # --- how often the interval covers ---------------------------------------------------------------
@@ -69,7 +69,7 @@ def test_crossed_interval_covers_about_as_often_as_it_says(
     assert 0.88 <= coverage(draw(seeds, scenarios, resamples=600), statistic) <= 0.99
 
 
-def test_scenarios_alone_cover_far_too_seldom_where_training_is_luck() -> None:
+def test_scenarios_alone_cover_far_too_seldom_where_seeds_vary() -> None:
     crossed = draw(5, 500, resamples=1000)
     scenarios_only = crossed._replace(seeds=np.ones_like(crossed.seeds))
     assert coverage(scenarios_only) < 0.7
@@ -155,7 +155,7 @@ def test_any_function_of_a_sample_can_be_estimated() -> None:
     assert low < value < high
 
 
-def test_luck_of_seeds_alone_makes_an_interval() -> None:
+def test_variance_of_seeds_alone_makes_an_interval() -> None:
     scores = np.repeat([[1.0], [3.0]], 30, axis=1)
     assert crossed_estimate(scores, draw(2, 30)) == (2.0, 1.0, 3.0)
     assert crossed_estimate(scores[0], draw(1, 30)) == (1.0, 1.0, 1.0)

@@ -88,7 +88,7 @@ def draw_two(ours: int, theirs: int, scenarios: int) -> list[CrossedDraws]:
     )
 
 
-def test_scores_without_luck_give_the_hypervolume_itself() -> None:
+def test_scores_without_variance_give_the_hypervolume_itself() -> None:
     draws, _ = draw_two(2, 2, 10)
     front = [
         Point(np.full((2, 10), x), np.full((2, 10), y), draws) for x, y in ((1.0, 2.0), (2.0, 1.0))
@@ -108,7 +108,7 @@ def test_interval_of_a_single_point_is_that_of_its_mean() -> None:
 def test_fronts_in_the_same_scenarios_differ_more_surely_than_apart() -> None:
     our_draws, their_draws = draw_two(3, 1, 50)
     difficulty = np.random.default_rng(4).normal(0.0, 0.3, size=(1, 50))
-    seeds = np.zeros((3, 1))  # training was no luck here
+    seeds = np.zeros((3, 1))  # all seeds are alike
     ours = [Point(k + difficulty + seeds, 4 - k + difficulty + seeds, our_draws) for k in (1, 2, 3)]
     theirs = [Point(k + 0.2 + difficulty, 4.2 - k + difficulty, their_draws) for k in (1, 2, 3)]
     value, low, high = hypervolume_difference(ours, theirs, (5.0, 5.0))

@@ -61,7 +61,7 @@ def test_policies_alike_are_compared_as_surely_as_promised(
     draws = pair_draws(*crossed_draws(np.zeros(100), [8, 8], rng, resamples=600))
 
     def scores(difficulty: Floats) -> Floats:
-        """Scores of a policy with its own luck of seed, of seed in scenario, and of scenario."""
+        """Scores of a policy with its own effect of seed, of seed in scenario, and of scenario."""
         own = rng.normal(0.0, 0.1, (8, 1)) + rng.normal(0.0, 0.2, 100)
         return difficulty + own + rng.normal(0.0, 0.3, (8, 100))
 

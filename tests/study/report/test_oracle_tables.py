@@ -1,4 +1,4 @@
-"""The page of a study with fronts and a yardstick, on the page and in a real browser."""
+"""The page of a study with fronts and an oracle, on the page and in a real browser."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ STUDY = load_study(
         "sets": ["test"],
         "groups": {"slow": ["constant:0.5", "constant:0.3"], "careful": ["fuzzy_expert"]},
     },
-    yardstick={"sets": ["test"], "episodes": 2, "worlds": 8, "rounds": 1},
+    oracle={"sets": ["test"], "episodes": 2, "worlds": 8, "rounds": 1},
 )
 
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> report.Study:
-    out = tmp_path_factory.mktemp("yardstick") / "out"
+    out = tmp_path_factory.mktemp("oracle") / "out"
     run_study(STUDY, out, workers=1, command="hazbot study --config mine.yaml")
     return report.read(out)
 
@@ -57,7 +57,7 @@ def test_families_are_drawn_with_their_own_fronts(study: report.Study, page: str
 
 
 def test_the_best_drive_is_no_worse_than_anybody(study: report.Study, page: str) -> None:
-    searched = study.summary["yardstick"]["searched"]
+    searched = study.summary["oracle"]["searched"]
     assert searched["episodes"] == 4
     for found in searched["policies"].values():
         assert found["regret"]["mean"] >= 0.0

@@ -44,7 +44,7 @@ def planted(finished: Path, folder: Path) -> None:
     config |= {"policies": ["fuzzy_expert", MODULE, PICKLE], "sets": [crossing], "tracks": "gone"}
     config["learners"] = [{"name": MARKUP, "config": "gone.yaml", "seeds": 1}]
     names = ("fuzzy_expert", *POLICIES.values())
-    manifest["entrants"] = {name: [MODULE, PICKLE] for name in names}
+    manifest["candidates"] = {name: [MODULE, PICKLE] for name in names}
     files.write_json(folder / store.MANIFEST, manifest)
 
     summary = renamed(files.read_json(finished / store.SUMMARY))

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import hazbot_gym
-from hazbot_gym.core.notice import MESSAGE, NOTICE, Notice
+from hazbot_gym.core.compile_message import COMPILE_MESSAGE, MESSAGE, CompileMessage
 from hazbot_gym.evaluation.workers import processes
 
 # The kernel that compiles fastest, and how often it came from the cache.
@@ -42,10 +42,10 @@ def run(folder: Path, **environment: str) -> tuple[int, str, str]:
 
 
 def test_first_compilation_is_announced_and_no_other(caplog: pytest.LogCaptureFixture) -> None:
-    notice = Notice()
+    listener = CompileMessage()
     for module in ("somebody.else", "hazbot_gym.core.fuzzy", "hazbot_gym.sim.drive"):
-        notice.on_start(compilation_of(module))
-        notice.on_end(compilation_of(module))
+        listener.on_start(compilation_of(module))
+        listener.on_end(compilation_of(module))
 
     assert [record.getMessage() for record in caplog.records] == [MESSAGE]
 
@@ -63,7 +63,7 @@ def test_compiling_is_not_said_again_by_workers(
 ) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     for has_spoken, said in ((True, ""), (False, MESSAGE + "\n")):
-        monkeypatch.setattr(NOTICE, "has_spoken", has_spoken)
+        monkeypatch.setattr(COMPILE_MESSAGE, "has_spoken", has_spoken)
         with processes(1) as pool:
             pool.submit(exec, COMMAND).result()
         assert capfd.readouterr().err == said

@@ -15,7 +15,7 @@ _PACKAGE = __name__.partition(".")[0]
 MESSAGE = f"{_PACKAGE}: compiling kernels that are not in the cache yet; takes up to a minute ..."
 
 
-class Notice(event.Listener):
+class CompileMessage(event.Listener):
     """Listener of numba's compiler events.
 
     Attributes:
@@ -36,9 +36,9 @@ class Notice(event.Listener):
         """Do nothing."""
 
 
-NOTICE = Notice()  # of this process; silent if the parent printed the line
+COMPILE_MESSAGE = CompileMessage()  # of this process; silent if the parent printed the line
 
 
 def install() -> None:
     """Install the listener."""
-    event.register("numba:compile", NOTICE)  # type: ignore[no-untyped-call]  # numba's own
+    event.register("numba:compile", COMPILE_MESSAGE)  # type: ignore[no-untyped-call]  # numba's own

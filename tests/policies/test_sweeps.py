@@ -3,23 +3,23 @@ from __future__ import annotations
 import pytest
 
 from hazbot_gym import policies
-from hazbot_gym.policies.knobs import KNOBS, sweep
+from hazbot_gym.policies.sweeps import SWEEPS, sweep
 from tests.refusals import refused
 
 
-@pytest.mark.parametrize("name", list(KNOBS))
+@pytest.mark.parametrize("name", list(SWEEPS))
 def test_sweep_makes_policies_that_differ_in_the_knob_alone(name: str) -> None:
     made = [policies.make(spec) for spec in sweep(name)]
-    option, values = KNOBS[name]
+    option, values = SWEEPS[name]
 
     assert [getattr(policy, option) for policy in made] == list(values)
     assert len(set(values)) == len(values)
     assert option + "=" in policies.names()[name]
 
 
-@pytest.mark.parametrize("name", list(KNOBS))
+@pytest.mark.parametrize("name", list(SWEEPS))
 def test_sweep_passes_through_the_default(name: str) -> None:
-    option, values = KNOBS[name]
+    option, values = SWEEPS[name]
     assert getattr(policies.make(name), option) in values
 
 
