@@ -1,0 +1,52 @@
+"""Commands about the package: ``list``, ``bench``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hazbot_gym.cli.application import app
+from hazbot_gym.cli.shared import check_file, write_record
+from hazbot_gym.utils import terminal
+
+
+@app.command(name="list")
+def list_all() -> None:
+    """Show environments, named scenarios, the scenario bank and policies."""
+    from hazbot_gym.study import catalogue
+
+    console = terminal.output_console()
+    for table in catalogue.tables():
+        console.print(table)
+
+
+@app.command()
+def bench(
+    quick: Annotated[bool, typer.Option("--quick", help="Rough results within seconds.")] = False,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,
+    training: Annotated[
+        list[Path] | None, typer.Option(help="Training file to measure instead. Repeatable.")
+    ] = None,
+) -> None:
+    """Measure steps per second, beside Gymnasium's CartPole-v1 in the same run; or training."""
+    check_file(json_file)
+    if training:
+        _bench_training(training, json_file, seeds=1 if quick else None)
+        return
+    from hazbot_gym.bench import report as bench_report
+    from hazbot_gym.bench import run as benchmark
+
+    result = benchmark.bench(benchmark.QUICK if quick else benchmark.FULL)
+    write_record(json_file, result)
+    terminal.output_console().print(bench_report.table(result))
+
+
+def _bench_training(paths: list[Path], json_file: Path | None, *, seeds: int | None) -> None:
+    from hazbot_gym.bench import training as bench_training
+    from hazbot_gym.bench import training_report
+
+    record = bench_training.bench_training(paths, seeds=seeds or bench_training.SEEDS)
+    write_record(json_file, record)
+    terminal.output_console().print(training_report.table(record))

@@ -1,0 +1,131 @@
+"""Commands of one policy: ``train``, ``eval``, ``watch``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hazbot_gym.cli.application import app
+from hazbot_gym.cli.shared import AllowCode, AllowPickle, overrides_of
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.utils import terminal
+
+
+@app.command()
+def train(
+    config: Annotated[
+        Path | None, typer.Option(help="YAML file of overrides of the defaults.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for results. [results/train/NAME of the config]")
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of weights, worlds and exploration.")
+    ] = None,
+    steps: Annotated[int | None, typer.Option(help="Total decisions.")] = None,
+    engine: Annotated[
+        str | None, typer.Option(help="batched, or pymunk for the reference. [batched]")
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Resume from the last checkpoint in the folder.")
+    ] = False,
+    allow_code: AllowCode = False,
+    allow_pickle: AllowPickle = False,
+) -> None:
+    """Train a policy and export the best one. Resumable."""
+    from hazbot_gym.policies import Permissions
+    from hazbot_gym.training.config import load_training
+
+    plan = load_training(config, seed=seed, steps=steps, engine=engine)
+    folder = out or Path("results", "train", config.stem if config else plan.algorithm)
+
+    from hazbot_gym.training import run as training
+
+    result = training.train(
+        plan,
+        folder,
+        resume=resume,
+        console=terminal.progress_console(),
+        allowed=Permissions(allow_pickle, allow_code),
+    )
+    console = terminal.output_console()
+    for name, value in result.best.items():
+        console.print(f"{name:24} {'-' if value is None else f'{value:10.4g}'}")
+    console.print(f"The best policy on validation: {result.policy}", soft_wrap=True)
+
+
+@app.command(name="eval")
+def evaluate(
+    policy: Annotated[str, typer.Option(help="name, name:option=value,... or module:attribute.")],
+    env: Annotated[str, typer.Option(help="Environment id.")] = "hazbot_gym/Corridor-v0",
+    episodes: Annotated[int, typer.Option(help="Number of episodes.")] = 20,
+    seed: Annotated[int, typer.Option(help="Root of all seeds.")] = 0,
+    scenario: Annotated[str | None, typer.Option(help="A named scenario, e.g. E*.")] = None,
+    change: Annotated[
+        list[str] | None, typer.Option("--set", help="Config value, e.g. people.count=[4,4].")
+    ] = None,
+    engine: Annotated[str, typer.Option(help="batched, or pymunk for the reference.")] = "batched",
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON only.")] = False,
+    allow_pickle: AllowPickle = False,
+) -> None:
+    """Evaluate one policy in one environment."""
+    from hazbot_gym.evaluation import metrics, rollout
+    from hazbot_gym.study import summary, terminal_tables
+
+    overrides = overrides_of(change, scenario)
+    rows = rollout.evaluate(
+        policy,
+        env,
+        episodes=episodes,
+        seed=seed,
+        overrides=overrides,
+        engine=engine,
+        allow_pickle=allow_pickle,
+    )
+    if as_json:
+        head = {"policy": policy, "env": env, "episodes": episodes, "seed": seed}
+        typer.echo(json.dumps({**head, "metrics": metrics.means(rows)}, allow_nan=False))
+    else:
+        result = summary.summarise_one(rows, seed=seed)
+        terminal.output_console().print(
+            terminal_tables.set_table(scenario or env, {policy: result})
+        )
+
+
+@app.command()
+def watch(
+    policy: Annotated[str, typer.Option(help="name, name:option=value,... or module:attribute.")],
+    env: Annotated[str, typer.Option(help="Environment id.")] = "hazbot_gym/Corridor-v0",
+    episodes: Annotated[int, typer.Option(help="Number of episodes.")] = 1,
+    seed: Annotated[int, typer.Option(help="Root of all seeds, as in eval.")] = 0,
+    scenario: Annotated[str | None, typer.Option(help="A named scenario, e.g. E*.")] = None,
+    change: Annotated[
+        list[str] | None, typer.Option("--set", help="Config value, e.g. people.count=[4,4].")
+    ] = None,
+    speed: Annotated[float, typer.Option(help="Playback speed relative to real time.")] = 1.0,
+    file: Annotated[
+        Path | None, typer.Option("--save", help="Video or picture: FILE.mp4, .gif or .png.")
+    ] = None,
+    at: Annotated[
+        float | None, typer.Option(help="Episode time of a .png in seconds; default the end.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace FILE if it exists.")] = False,
+    allow_pickle: AllowPickle = False,
+) -> None:
+    """Watch a policy in a window, or save it. Keys: space, right arrow, r, q."""
+    from hazbot_gym.viewer import watch as viewer
+
+    overrides = overrides_of(change, scenario)
+    show = viewer.Show(policy, env, episodes, seed, overrides, speed, allow_pickle)
+    if file is None:
+        if at is not None:
+            raise InvalidInput(f"at: given {at}, but nothing is saved; give --save FILE.png")
+        rows = viewer.watch_live(show)
+    else:
+        rows = viewer.save(show, file, at_s=at, is_replacing=force)
+    terminal.output_console().print(viewer.table(rows))
+    if file is not None:
+        terminal.output_console().print(f"Saved: {file}", soft_wrap=True)

@@ -1,0 +1,104 @@
+"""Commands of recorded people: ``tracks``, ``calibrate``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, cast
+
+import typer
+
+from hazbot_gym.cli.application import app
+from hazbot_gym.cli.shared import check_file, write_record
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.utils import terminal
+
+if TYPE_CHECKING:
+    from rich.console import Group
+
+
+@app.command()
+def tracks(
+    path: Annotated[Path, typer.Argument(help="Track file, or folder of track files.")],
+    fps: Annotated[float | None, typer.Option(help="Frames per second.")] = None,
+    units: Annotated[str | None, typer.Option(help="Unit of positions: m, cm, mm or px.")] = None,
+    columns: Annotated[
+        str | None, typer.Option(help="Column names from left to right, e.g. 'frame id x y -'.")
+    ] = None,
+    metres_per_pixel: Annotated[
+        float | None, typer.Option(help="Scale of positions in pixels.")
+    ] = None,
+) -> None:
+    """Check real track files: statistics, and the columns, unit and rate used to read them.
+
+    The options apply to this command only; a JSON beside the file makes them permanent
+    (docs/tracks.md).
+    """
+    from hazbot_gym.calibration import tracks_report
+    from hazbot_gym.task.track_files import Options
+    from hazbot_gym.task.track_formats.table import Unit
+
+    options = Options(fps, cast("Unit | None", units), columns, metres_per_pixel)  # checked there
+    tracks_report.describe(path, terminal.output_console(), options)
+
+
+@app.command()
+def calibrate(
+    tracks: Annotated[Path | None, typer.Option(help="Folder of real tracks.")] = None,
+    ratings: Annotated[
+        Path | None, typer.Option(help="Folder of ratings of a robot's nearness.")
+    ] = None,
+    fit: Annotated[
+        list[str] | None, typer.Option(help="Run to fit on; the others are held out. Repeatable.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the search or the bootstrap.", min=0)] = 0,
+    as_shipped: Annotated[
+        bool, typer.Option("--as-shipped", help="Evaluate the defaults without fitting.")
+    ] = False,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,
+) -> None:
+    """Fit the model of people to recorded tracks, or the discomfort of nearness to ratings."""
+    if (tracks is None) == (ratings is None):
+        given = "neither" if tracks is None else "both"
+        raise InvalidInput(f"calibrate: given {given}, allowed is one of --tracks and --ratings")
+    if ratings is not None and (fit or as_shipped):
+        name = "--fit" if fit else "--as-shipped"
+        raise InvalidInput(f"calibrate: given {name} with --ratings, allowed with --tracks only")
+    check_file(json_file)
+    if tracks is not None:
+        record, tables = _people_fitted(tracks, fit, seed, as_shipped=as_shipped)
+    else:
+        record, tables = _discomfort_fitted(cast(Path, ratings), seed)
+    write_record(json_file, record)
+    terminal.output_console().print(tables)
+
+
+def _people_fitted(
+    tracks: Path, fit: list[str] | None, seed: int, *, as_shipped: bool
+) -> tuple[dict[str, object], Group]:
+    """Return the record and the tables of ``calibrate --tracks``."""
+    from hazbot_gym.calibration import fit as calibration
+    from hazbot_gym.calibration import report as calibration_report
+    from hazbot_gym.core.social_force import SocialForce
+
+    runs = calibration.load_runs(tracks)
+    fitted, held_out = calibration.split(runs, tuple(fit or calibration.FITTED_ON))
+    force = SocialForce()
+    if not as_shipped:
+        total = calibration.GENERATIONS
+        with terminal.progress_bar(terminal.progress_console()) as progress:
+            task = progress.add_task("generations", total=total)
+            force = calibration.fit(fitted, seed=seed, on_progress=lambda: progress.advance(task))
+    record = calibration.report(fitted, held_out, force)
+    return record, calibration_report.tables(record)
+
+
+def _discomfort_fitted(folder: Path, seed: int) -> tuple[dict[str, object], Group]:
+    """Return the record and the tables of ``calibrate --ratings``."""
+    from hazbot_gym.calibration import discomfort, discomfort_report
+    from hazbot_gym.calibration.ratings import load_ratings
+
+    ratings = load_ratings(folder)
+    with terminal.progress_bar(terminal.progress_console()) as progress:
+        task = progress.add_task("bootstrap", total=discomfort.DRAWS)
+        record = discomfort.report(ratings, seed=seed, on_progress=lambda: progress.advance(task))
+    return record, discomfort_report.tables(record)

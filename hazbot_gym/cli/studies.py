@@ -1,0 +1,164 @@
+"""Commands of studies: ``study``, ``report``, ``tune``, ``headroom``, ``paper``."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hazbot_gym.cli.application import app
+from hazbot_gym.cli.shared import AllowCode, AllowPickle, check_file, write_record
+from hazbot_gym.errors import InvalidInput
+from hazbot_gym.utils import terminal
+
+
+@app.command()
+def study(
+    config: Annotated[
+        Path | None, typer.Option(help="YAML file of overrides of the defaults.")
+    ] = None,
+    tracks: Annotated[
+        Path | None, typer.Option(help="Folder of real tracks; adds two sets.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the results. [results/study]")] = None,
+    episodes: Annotated[int | None, typer.Option(help="Episodes per policy and set.")] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(help="Cores to use; all usable ones if not given.", min=1, max=1024),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Root of all seeds.")] = None,
+    engine: Annotated[
+        str | None, typer.Option(help="batched, or pymunk for the reference. [batched]")
+    ] = None,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Write no report page.")] = False,
+    is_verbose: Annotated[
+        bool, typer.Option("--verbose", help="Print the table of every set.")
+    ] = False,
+    allow_code: AllowCode = False,
+    allow_pickle: AllowPickle = False,
+) -> None:
+    """Run a study: compare policies over the same scenarios. Resumable."""
+    from hazbot_gym.policies import Permissions
+    from hazbot_gym.study import answer, terminal_tables
+    from hazbot_gym.study import run as comparison
+    from hazbot_gym.study.config import load_study
+
+    if not no_report:
+        from hazbot_gym.study.report import page as report
+
+    plan = load_study(config, tracks=tracks, episodes=episodes, seed=seed, engine=engine)
+    # Results with real tracks do not overwrite those without.
+    folder = out or Path("results", "study-tracks" if plan.tracks else "study")
+    summary = comparison.run_study(
+        plan,
+        folder,
+        workers=workers,
+        console=terminal.progress_console(),
+        command=shlex.join(["hazbot", *sys.argv[1:]]),
+        allowed=Permissions(allow_pickle, allow_code),
+    )
+    page = None if no_report else report.write_report(folder)  # before anything is printed
+    console = terminal.output_console()
+    console.print(terminal_tables.study_tables(summary, is_verbose=is_verbose))
+    console.print(answer.answer(summary, plan))
+    console.print(f"Episodes, summary and manifest: {folder}", soft_wrap=True)
+    if page is not None:
+        console.print(f"Report: {page}", soft_wrap=True)
+
+
+@app.command(name="report")
+def make_report(
+    folder: Annotated[Path, typer.Argument(help="Folder of a finished study.")],
+) -> None:
+    """Rebuild the report page of a finished study from its records, without running code."""
+    from hazbot_gym.study.report import page as report
+
+    terminal.output_console().print(f"Report: {report.write_report(folder)}", soft_wrap=True)
+
+
+@app.command()
+def tune(
+    policy: Annotated[str, typer.Option(help="A family of rules, e.g. ttc.")],
+    trials: Annotated[int, typer.Option(help="Number of trials.", min=1, max=100_000)] = 50,
+    seed: Annotated[int, typer.Option(help="Seed of the search.", min=0, max=2**64 - 1)] = 0,
+    out: Annotated[
+        Path | None, typer.Option(help="File of the record. [results/tune/POLICY.json]")
+    ] = None,
+) -> None:
+    """Tune a family of rules on validation scenarios. Resumable."""
+    from hazbot_gym.study import tuning
+    from hazbot_gym.utils import processors
+
+    path = out or Path("results", "tune", f"{policy}.json")
+    with terminal.progress_bar(terminal.progress_console()) as progress:
+        task = progress.add_task("trials", total=trials)
+        record = tuning.tune(
+            tuning.Search(policy, trials, seed),
+            path,
+            threads=processors.usable(),
+            on_progress=lambda: progress.advance(task),
+        )
+    best, console = record["best"], terminal.output_console()
+    console.print(f"{best['policy']}: validation return {best['return']:.2f}", soft_wrap=True)
+    for name in record["at_a_bound"]:
+        console.print(f"{name} is at a bound of its tuning space", soft_wrap=True)
+
+
+@app.command()
+def headroom(
+    env: Annotated[
+        list[str] | None, typer.Option(help="Environment, e.g. Crossing-v0; all if not given.")
+    ] = None,
+    episodes: Annotated[
+        int, typer.Option(help="Scenarios per environment.", min=1, max=100_000)
+    ] = 40,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,
+) -> None:
+    """Compare rules with the exact optimum for non-reactive people (takes minutes)."""
+    from hazbot_gym.envs.registration import full_id
+    from hazbot_gym.evaluation.oracle import headroom as room
+    from hazbot_gym.evaluation.oracle import headroom_report
+
+    check_file(json_file)
+    known = room.environments()
+    chosen = [full_id(each).rpartition("/")[2] for each in env or known]
+    unknown = [name for name in chosen if name not in known]
+    if unknown:
+        raise InvalidInput(f"env: given {unknown[0]!r}, allowed are {', '.join(known)}")
+    with terminal.progress_bar(terminal.progress_console()) as progress:
+        task = progress.add_task("scenarios", total=episodes * len(chosen))
+        record = room.headroom(chosen, episodes, on_progress=lambda: progress.advance(task))
+    write_record(json_file, record)
+    terminal.output_console().print(headroom_report.table(record))
+
+
+@app.command()
+def paper(
+    out: Annotated[Path | None, typer.Option(help="Folder of the results. [results/paper]")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer seeds, smaller sweeps.")] = False,
+    workers: Annotated[
+        int | None,
+        typer.Option(help="Cores to use; all usable ones if not given.", min=1, max=1024),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace older results.")] = False,
+) -> None:
+    """Reproduce every experiment of the published paper, and report verdicts."""
+    from hazbot_gym.paper import run, tables
+
+    folder = out or Path("results", "paper")
+    with terminal.progress_bar(terminal.progress_console()) as progress:
+        task = progress.add_task("sections", total=len(run.CHAPTERS))
+        record = run.reproduce(
+            folder,
+            quick=quick,
+            workers=workers,
+            is_replacing=force,
+            on_progress=lambda: progress.advance(task),
+        )
+    console = terminal.output_console()
+    console.print(tables.verdict_table(record))
+    console.print(tables.summary_line(record))
+    console.print(f"Page: {folder / run.PAGE}", soft_wrap=True)
