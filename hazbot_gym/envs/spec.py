@@ -17,7 +17,8 @@ import gymnasium
 from gymnasium.envs.registration import EnvSpec
 from pydantic_core import to_jsonable_python
 
-from hazbot_gym.config import Config, horizon_in, plain
+from hazbot_gym.config import Config, horizon_in
+from hazbot_gym.config.deltas import plain
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.utils.json_object import JsonObject
 

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from annotated_types import Ge, Gt, Le, MinLen
 
-from hazbot_gym.config import Loose
+from hazbot_gym.config.section import Loose
 
 Engine = Literal["batched", "pymunk"]  # the reference is pymunk; both give the same numbers
 

@@ -13,7 +13,7 @@ from typing import Annotated
 from annotated_types import MinLen
 from pydantic import AfterValidator, Field
 
-from hazbot_gym.config import Section
+from hazbot_gym.config.section import Section
 from hazbot_gym.envs.registration import NAMESPACE, full_id
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation.field_types import Episodes, Seed

@@ -2,7 +2,7 @@
 
 A study names them ``bank:test``, ``bank:ood/faster`` or ``bank:test/Crossing``: a group, all groups
 of a split, or a single set. Values are literal numbers and do not follow the defaults of
-``config.py``, so that the frozen scenarios stay fixed.
+``config``, so that the frozen scenarios stay fixed.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-from hazbot_gym.config import merge
+from hazbot_gym.config.deltas import merge
 from hazbot_gym.core.state import PATTERN_NAMES
 from hazbot_gym.envs.registration import NAMESPACE
 from hazbot_gym.errors import InvalidInput

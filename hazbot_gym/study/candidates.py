@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from rich.console import Console
 
-from hazbot_gym.config import merge
+from hazbot_gym.config.deltas import merge
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation.inputs import digests
 from hazbot_gym.policies.base import NO_CODE, Permissions, spec_of

@@ -16,7 +16,8 @@ from typing import Annotated
 from annotated_types import Ge, Gt, Le, Lt, MinLen
 from pydantic import Field, PrivateAttr, ValidationError, field_serializer, field_validator
 
-from hazbot_gym.config import Loose, Section, first_error, make_config
+from hazbot_gym.config import make_config
+from hazbot_gym.config.section import Loose, Section, first_error
 from hazbot_gym.core.ssm import SsmThresholds
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation.field_types import (
@@ -268,7 +269,7 @@ def load_study(path: Path | str | None = None, **changes: object) -> StudyConfig
     try:
         study = StudyConfig.model_validate(values)
     except ValidationError as error:
-        raise InvalidInput(first_error(error)) from error
+        raise InvalidInput(first_error(error, StudyConfig)) from error
     trial = dict(study.trial_overrides)
     make_config(trial.pop("config", None), **trial)  # raises now, before a folder is written
     if study.reference_policy not in study.names:

@@ -17,7 +17,7 @@ import numpy as np
 from annotated_types import Gt, Le, MinLen
 from pydantic import Field
 
-from hazbot_gym.config import Loose, Section
+from hazbot_gym.config.section import Loose, Section
 from hazbot_gym.core.geometry import (
     circle_path,
     path_length,

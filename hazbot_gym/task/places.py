@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from hazbot_gym.config import first_error
+from hazbot_gym.config.section import first_error
 from hazbot_gym.core.state import Place
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.place_data import (
@@ -190,7 +190,9 @@ def load_place(name: str, options: Mapping[str, float] | None = None) -> Place:
     try:
         data = PLACES[name](**(options or {}))
     except ValidationError as error:  # inconsistent lengths, such as a negative remainder
-        raise InvalidInput(f"place_options: {name} is impossible, {first_error(error)}") from error
+        raise InvalidInput(
+            f"place_options: {name} is impossible, {first_error(error, PlaceData)}"
+        ) from error
     return build_place(data)
 
 

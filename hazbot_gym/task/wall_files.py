@@ -18,7 +18,7 @@ import numpy.typing as npt
 from annotated_types import Ge, Gt, Le
 from pydantic import ConfigDict, ValidationError
 
-from hazbot_gym.config import Loose, Section, first_error
+from hazbot_gym.config.section import Loose, Section, first_error
 from hazbot_gym.core.state import Floats
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.utils.yaml_loader import read_yaml

@@ -16,7 +16,8 @@ from typing import Annotated, Literal
 from annotated_types import Ge, Gt, Le
 from pydantic import Field, ValidationError, ValidationInfo, field_validator
 
-from hazbot_gym.config import Config, Section, first_error
+from hazbot_gym.config import Config
+from hazbot_gym.config.section import Section, first_error
 from hazbot_gym.envs.registration import NAMESPACE, full_id
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation import rollout

@@ -16,7 +16,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from hazbot_gym.config import Config, Section, make_config
+from hazbot_gym.config import Config, make_config
+from hazbot_gym.config.section import Section
 from hazbot_gym.core.state import PRESENT, Floats
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.registration import ENVIRONMENTS
