@@ -26,7 +26,7 @@ def test_a_policy_is_evaluated(tmp_path: Path) -> None:
 def test_policies_are_compared(tmp_path: Path) -> None:
     arguments = ["constant:1.0", "constant:0.5", "--sets", "Crossing", "--episodes", "2"]
     text = run("eval/compare_policies.py", *arguments, folder=tmp_path)
-    assert "Crossing: constant:0.5 minus constant:1.0" in text
+    assert "constant:0.5 minus constant:1.0" in text
     assert (tmp_path / "results" / "compare_policies" / "summary.json").exists()
 
 
@@ -40,14 +40,14 @@ def test_ppo_is_trained_and_compared(tmp_path: Path) -> None:
     )
     arguments = ["--config", str(config), "--steps", "64", "--worlds", "4", "--episodes", "1"]
     text = run("train/train_ppo.py", *arguments, folder=tmp_path)
-    assert "fuzzy_expert: return" in text
+    assert "fuzzy_expert" in text
     assert (tmp_path / "results" / "train_ppo" / "policy.npz").exists()
 
 
 @pytest.mark.slow
 def test_sac_is_trained_by_hand_and_exported(tmp_path: Path) -> None:
     text = run("train/train_sac.py", "--steps", "120", "--worlds", "2", folder=tmp_path)
-    assert "saved to results/train_sac/policy.npz, return" in text
+    assert "results/train_sac/policy.npz" in text
     assert (tmp_path / "results" / "train_sac" / "policy.md").exists()
 
 
@@ -55,5 +55,4 @@ def test_sac_is_trained_by_hand_and_exported(tmp_path: Path) -> None:
 def test_an_algorithm_of_one_s_own_is_exported_and_evaluated(tmp_path: Path) -> None:
     tiny = ["--generations", "2", "--actors", "8", "--worlds-each", "2", "--decisions", "20"]
     text = run("train/own_algorithm.py", *tiny, folder=tmp_path)
-    assert "generation 1: " in text
-    assert "saved to results/own_algorithm/policy.npz, return" in text
+    assert "results/own_algorithm/policy.npz" in text

@@ -97,7 +97,7 @@ def test_entries_are_complete_and_no_others() -> None:
         "reproduced",
         "not reproducible",
     }
-    with pytest.raises(HazbotError, match="no value for \\['k_e'\\]"):
+    with pytest.raises(HazbotError, match="k_e"):
         entries({name: value for name, value in here.items() if name != "k_e"})
-    with pytest.raises(HazbotError, match="nothing reported for \\['x'\\]"):
+    with pytest.raises(HazbotError, match="'x'"):
         entries({**here, "x": 1.0})

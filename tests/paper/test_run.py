@@ -98,7 +98,7 @@ def test_docs_page_tells_what_did_not_come_out() -> None:
         name="paper.json",
         calibration={"runs": []},
     )
-    assert "| PID, largest position error (section 5.2, Figure 20a) | 0.1 m | 0.142 |" in text
+    assert "(section 5.2, Figure 20a) | 0.1 m | 0.142 |" in text
     assert text.count("| not reproducible |") == 2 * 3  # there and among all
     assert "`core.tracking:pose_error`" in text
 

@@ -156,7 +156,7 @@ def test_a_zip_without_the_extra_names_it(
 ) -> None:
     PPO("MlpPolicy", blank(), device="cpu").save(tmp_path / "model.zip")
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
-    with pytest.raises(MissingExtra, match=r"pip install 'hazbot-gym\[train\]'"):
+    with refused("pip install 'hazbot-gym[train]'", error=MissingExtra):
         policies.make(f"learned:{tmp_path / 'model.zip'}", allow_pickle=True)
 
 

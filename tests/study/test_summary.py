@@ -157,7 +157,7 @@ def test_the_headline_is_the_only_table_unless_more_is_asked_for() -> None:
     out = io.StringIO()
     output_console(out).print(study_tables(summarise(pd.DataFrame(made_up_rows()), STUDY)))
     assert "easy:" not in out.getvalue()
-    assert "all sets: 40 episodes per policy" in out.getvalue()
+    assert "all sets: 40 episodes" in out.getvalue()
 
 
 def test_rates_of_learners_are_not_sure_of_what_all_their_seeds_did_alike() -> None:

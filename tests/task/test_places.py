@@ -238,7 +238,7 @@ def test_implausible_place_is_refused_with_the_figure(
 
 def test_a_door_that_leaves_no_room_for_tracking_errors_is_doubted(tmp_path: Path) -> None:
     door = drawn(tmp_path, walls=[[6, 1.2, 6, 0.31], [6, -1.2, 6, -0.31]])
-    with pytest.warns(DoubtfulPlace, match=r"wall at 0.31 m near \(6.0, 0.0\); a robot of radius"):
+    with pytest.warns(DoubtfulPlace, match=r"0.31 m near \(6.0, 0.0\)"):
         ScenarioSampler(make_config(place=door))
     wide = drawn(tmp_path, walls=[[6, 1.2, 6, 0.4], [6, -1.2, 6, -0.4]])
     ScenarioSampler(make_config(place=wide))  # a warning would be an error
@@ -252,22 +252,21 @@ def test_a_wall_ahead_of_the_end_is_no_narrow_passage() -> None:
 
 def test_a_path_longer_than_an_episode_is_doubted(tmp_path: Path) -> None:
     place = drawn(tmp_path, path={"points": [[0, 0], [40, 0]]})
-    message = r"40.0 m long, 80 s at 0.5 m/s, and an episode ends after 60 s .*needed are more than"
-    with pytest.warns(DoubtfulPlace, match=message):
+    with pytest.warns(DoubtfulPlace, match=r"40.0 m .*80 s .*60 s"):
         ScenarioSampler(make_config(place=place))
     ScenarioSampler(make_config(place=place, max_episode_steps=900))
-    with pytest.warns(DoubtfulPlace, match="place corridor: the path is 50.0 m long"):
+    with pytest.warns(DoubtfulPlace, match="corridor.* 50.0 m"):
         ScenarioSampler(make_config(place_options={"length_m": 50.0}))
 
 
 def test_a_path_that_only_the_start_makes_too_long_is_doubted(tmp_path: Path) -> None:
     ScenarioSampler(make_config(place=drawn(tmp_path, path={"points": [[0, 0], [29.75, 0]]})))
     place = drawn(tmp_path, path={"points": [[0, 0], [29.9, 0]]})  # 59.7 s at full speed
-    with pytest.warns(DoubtfulPlace, match="no robot arrives"):
+    with pytest.warns(DoubtfulPlace, match="yard"):
         ScenarioSampler(make_config(place=place))
 
 
 def test_walls_in_another_unit_than_the_path_are_doubted(tmp_path: Path) -> None:
     place = drawn(tmp_path, walls=[[-200, 120, 1400, 120], [-200, -120, 1400, -120]])
-    with pytest.warns(DoubtfulPlace, match=r"nearest wall is 120 m .* are both in meters\?"):
+    with pytest.warns(DoubtfulPlace, match="120 m"):
         ScenarioSampler(make_config(place=place))

@@ -96,7 +96,7 @@ def test_file_of_another_kind_in_a_folder_is_a_warning(tmp_path: Path) -> None:
     written(tmp_path, NAMED, "walk.csv")
     other = written(tmp_path, "sample,rater,score\n1,a,3\n", "ratings.csv")
 
-    with pytest.warns(DoubtfulRecording, match="not read: ratings.csv: unknown format"):
+    with pytest.warns(DoubtfulRecording, match="ratings.csv"):
         assert [each.name for each in load_tracks(tmp_path)] == ["walk"]
     with refused("ratings.csv ... unknown format"):
         load_tracks(other)
@@ -122,7 +122,7 @@ def test_same_people_in_two_files_are_refused(tmp_path: Path) -> None:
 def test_improbable_recording_is_a_warning_where_it_is_loaded(tmp_path: Path) -> None:
     path = written(tmp_path, "frame,id,x,y\n" + WALK, "walk.csv", units="m", fps=1.0)
 
-    with pytest.warns(DoubtfulRecording, match="walk: people walk at 0.10 m/s in the median"):
+    with pytest.warns(DoubtfulRecording, match="walk.* 0.10 m/s"):
         load_tracks(path)
 
 

@@ -11,6 +11,7 @@ from hazbot_gym.evaluation.oracle import headroom
 from hazbot_gym.evaluation.oracle.headroom_report import family_rows
 from hazbot_gym.policies.sweeps import sweep
 from hazbot_gym.utils.files import read_json
+from tests.refusals import says
 
 RECORD = Path(__file__).parents[3] / "benchmarks" / "headroom.json"
 
@@ -52,4 +53,4 @@ def test_shares_run_from_the_best_constant_to_the_optimum() -> None:
 def test_an_unknown_environment_is_one_line() -> None:
     result = CliRunner().invoke(app, ["headroom", "--env", "Replay-v0"])
     assert result.exit_code == 2
-    assert "given 'Replay-v0', allowed are Corridor-v0" in result.output
+    says(result.output, "'Replay-v0' ... Corridor-v0")

@@ -183,7 +183,7 @@ def test_scores_of_other_seeds_or_scenarios_than_drawn_are_refused(
     statistic: Statistic, shape: tuple[int, ...]
 ) -> None:
     draws = draw(1 if len(shape) == 2 else 2, 5)
-    with pytest.raises(ValueError, match="scores: given the shape"):
+    with pytest.raises(ValueError, match="scores"):
         crossed_estimate(np.zeros(shape), draws, statistic)
 
 

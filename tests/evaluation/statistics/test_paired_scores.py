@@ -119,9 +119,9 @@ def test_only_the_order_of_scores_decides(ours: list[list[int]], theirs: list[li
 
 
 def test_what_is_not_paired_is_refused() -> None:
-    with pytest.raises(ValueError, match="given 3 and 4 scenarios"):
+    with pytest.raises(ValueError, match="3 and 4"):
         differences(np.zeros((2, 3)), np.zeros(4))
     ours, _ = draw_two(2, 2, 5)
     apart = ours._replace(scenarios=ours.scenarios[::-1])
-    with pytest.raises(ValueError, match="two draws of scenarios"):
+    with pytest.raises(ValueError, match="scenarios"):
         pair_draws(ours, apart)

@@ -96,7 +96,7 @@ def test_a_smaller_share_of_the_worst_is_worse(scores: Floats) -> None:
 
 def test_levels_that_enclose_nothing_are_refused() -> None:
     for low, high in ((0.5, 0.5), (0.75, 0.25), (-0.1, 0.5), (0.5, 1.1)):
-        with pytest.raises(ValueError, match=f"levels: given {low} and {high}"):
+        with pytest.raises(ValueError, match="levels"):
             quantile_mean(low, high)
     with pytest.raises(ValueError, match="levels"):
         conditional_value_at_risk(0.0, worst="low")

@@ -53,7 +53,7 @@ def test_without_h5py_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.Mon
     path.write_bytes(b"\x89HDF\r\n\x1a\n")
     monkeypatch.setitem(sys.modules, "h5py", None)
 
-    with pytest.raises(MissingExtra, match=r"h5py is not installed: pip install 'hazbot-gym\[tr"):
+    with refused("h5py ... pip install 'hazbot-gym[tracks]'", error=MissingExtra):
         read_table(path)
 
 

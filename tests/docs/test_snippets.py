@@ -1,0 +1,45 @@
+"""Python snippets of README and site run as they are printed."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from gymnasium import wrappers
+
+ROOT = Path(__file__).parents[2]
+PAGES = ("README.md", "docs/quickstart.md", "docs/own_policy.md", "docs/clients.md")
+SNIPPETS = [
+    (page, snippet)
+    for page in PAGES
+    for snippet in re.findall(
+        r"```python\n(.*?)```", (ROOT / page).read_text(encoding="utf-8"), re.DOTALL
+    )
+]
+
+
+# Gymnasium works the bounds of RescaleAction out in float64 and warns that it stores float32.
+@pytest.mark.filterwarnings("ignore:.*precision lowered by casting to float32")
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("page", "snippet"),
+    SNIPPETS,
+    ids=[f"{page}: {text.strip().splitlines()[-1][:40]}" for page, text in SNIPPETS],
+)
+def test_a_snippet_runs_as_it_is_printed(
+    page: str, snippet: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for optional in ("torchrl", "minari"):
+        if f"from {optional}" in snippet:
+            pytest.importorskip(optional)
+    if "train(" in snippet:
+        pytest.importorskip("stable_baselines3")
+    if "RecordVideo" in snippet and not hasattr(wrappers.vector, "RecordVideo"):
+        pytest.skip("before 1.2.3 Gymnasium records no batches")
+    monkeypatch.chdir(tmp_path)
+    exec(compile(snippet, page, "exec"), {"__name__": "page"})
+
+
+def test_there_are_snippets_on_every_page() -> None:
+    assert {page for page, _ in SNIPPETS} == set(PAGES)
