@@ -72,7 +72,8 @@ def browser(chromium: Any) -> Iterator[Browser]:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Let tests among real people pass over tables of other kinds in the same folder."""
-    other_kinds = "ignore:not read:hazbot_gym.errors.DoubtfulRecording"
+    others = [f"ignore:not {what}:hazbot_gym.errors.DoubtfulRecording" for what in ("read", "used")]
     for item in items:
         if "tracks_dir" in getattr(item, "fixturenames", ()):
-            item.add_marker(pytest.mark.filterwarnings(other_kinds))
+            for other in others:
+                item.add_marker(pytest.mark.filterwarnings(other))

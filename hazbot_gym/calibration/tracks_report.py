@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.task.encounter_statistics import EncounterStatistics, encounter_statistics
 from hazbot_gym.task.pattern_events import EVENT_PATTERNS
 from hazbot_gym.task.track_files import AS_FOUND, Options
 from hazbot_gym.task.track_folders import copies, find_recordings, read_all
@@ -24,11 +25,14 @@ def describe(path: Path, console: Console, options: Options = AS_FOUND) -> None:
         InvalidInput: no recording, or some that cannot be read; the others are printed first.
     """
     found = read_all(path, options)
-    numbers = {recording.name: statistics(recording) for recording in found.recordings}
+    alone = [recording for recording in found.recordings if recording.robot is None]
+    numbers = {recording.name: statistics(recording) for recording in alone}
     if numbers:
         console.print(_people_table(numbers))
         console.print(_pattern_table(numbers))
-    for recording in found.recordings:
+    if met := encounter_statistics(found.recordings):
+        console.print(_encounter_table(met))
+    for recording in alone:
         _print(console, _reading(recording))
     for orphan in _descriptions_without_tables(path):
         _print(console, f"note: {orphan.name} describes no table beside it", style="yellow")
@@ -104,4 +108,32 @@ def _pattern_table(found: dict[str, Statistics]) -> FittedTable:
         counts = (numbers.patterns[pattern] for pattern in EVENT_PATTERNS)
         cells = (f"{c.events} ({c.closest_m[1]:.2f})" if c.events else "0" for c in counts)
         table.add_row(name, *cells)
+    return table
+
+
+def _encounter_table(met: list[EncounterStatistics]) -> FittedTable:
+    table = FittedTable(
+        title="Encounters of people with a robot",
+        caption="closest distance between centers; speeds (median) at the closest approach",
+    )
+    table.add_column("scenario", overflow="fold")
+    table.add_column("robot (radius)", overflow="fold")
+    for column in (
+        "encounters",
+        "people",
+        "closest p10/p50/p90\nm",
+        "speed of robot\nm/s",
+        "speed of person\nm/s",
+    ):
+        table.add_column(column, justify="right")
+    for each in met:
+        table.add_row(
+            each.scenario,
+            f"{each.robot} ({each.radius_m:.2f} m)",
+            str(each.encounters),
+            str(each.people),
+            "/".join(f"{value:.2f}" for value in each.closest_m),
+            f"{each.robot_mps:.2f}",
+            f"{each.person_mps:.2f}",
+        )
     return table

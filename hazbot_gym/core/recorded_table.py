@@ -15,11 +15,11 @@ from hazbot_gym.core.state import Floats, Ints
 
 
 class RecordedTable(NamedTuple):
-    """R recordings on the social clock, each with two places: the two ways through it."""
+    """R recordings on the social clock, each with the places of two ways through it, or of one."""
 
     dt_s: float  # the social period
     recording_of_place: Ints  # (L,)
-    ways: Ints  # (R, 2) places of each recording
+    ways: Ints  # (R, 2) places of each recording, the same twice if there is one
     counts: Ints  # (R,) steps of each recording
     slots: Ints  # (R, S + 1) first stay in each slot, and the stay after the last
     firsts: Ints  # (V,) step at which each stay begins, in order within a slot

@@ -33,6 +33,7 @@ from hazbot_gym.core.state import (
 )
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.crowd import choose_reaction
+from hazbot_gym.task.encounter_place import encounter_place
 from hazbot_gym.task.place_data import PathData, PlaceData, build_place, pad_routes
 from hazbot_gym.task.replay_place import replay_frame
 from hazbot_gym.task.synthetic_tracks import synthetic_recording
@@ -71,13 +72,21 @@ def tracks_files(tracks: str | None) -> list[Path]:
 
 
 def recorded_places(recordings: list[Recording], *, with_entries: bool) -> list[Place]:
-    """Return the two directions through each recording, optionally with the people's own routes."""
+    """Return the directions through each recording, optionally with the people's own routes.
+
+    They are two, but for people who met a robot only the robot's own.
+    """
     places = []
     for recording in recordings:
-        for is_reversed in (False, True):
+        for is_reversed in directions(recording):
             place = _place(recording, is_reversed=is_reversed)
             places.append(_with_entry_routes(place, recording) if with_entries else place)
     return places
+
+
+def directions(recording: Recording) -> tuple[bool, ...]:
+    """Return the directions through a recording: True is reversed."""
+    return (False, True) if recording.robot is None else (False,)
 
 
 def recorded_table(recordings: list[Recording], dt_s: float) -> RecordedTable:
@@ -95,11 +104,12 @@ def recorded_table(recordings: list[Recording], dt_s: float) -> RecordedTable:
             firsts += recording.first_steps[people].tolist()
             tracks += [positions[person] for person in people]
         row[len(people_in) :] = len(firsts)
-    ways = np.arange(2 * len(recordings)).reshape(-1, 2)  # in the order of ``recorded_places``
+    counts = np.array([len(directions(recording)) for recording in recordings])
+    first = np.cumsum(counts) - counts  # place of each recording, as in ``recorded_places``
     return RecordedTable(
         dt_s=dt_s,
-        recording_of_place=np.repeat(np.arange(len(recordings)), 2),
-        ways=ways,
+        recording_of_place=np.repeat(np.arange(len(recordings)), counts),
+        ways=np.stack([first, first + counts - 1], axis=1),
         counts=np.array([steps_on_clock(recording, dt_s) for recording in recordings]),
         slots=slots,
         firsts=np.array(firsts, np.int64),
@@ -135,6 +145,8 @@ def _within(place: Place, duration_s: float) -> int:
 
 
 def _place(recording: Recording, *, is_reversed: bool) -> Place:
+    if recording.robot is not None:
+        return encounter_place(recording.name, recording.robot)
     frame = replay_frame(recording, is_reversed=is_reversed)
     points = [(float(x), float(y)) for x, y in (frame.start, frame.end)]
     walls = [(float(a), float(b), float(c), float(d)) for a, b, c, d in frame.walls]

@@ -155,12 +155,13 @@ def _recorded(config: Config) -> tuple[ScenarioTable, list[str]]:
     recordings = load_recordings(config.tracks)
     is_seeded = config.people.model == "seeded"
     places = recorded_places(recordings, with_entries=is_seeded)
-    for recording, place in zip(recordings, places[::2], strict=True):
-        if config.tracks:
-            doubt(f"tracks: {recording.name}", place, config)
-    table = _table(config, SEEDED if is_seeded else REPLAYED, places)
     recorded = recorded_table(recordings, config.clock.social_s)
-    return table._replace(recorded=recorded), [r.name for r in recordings for _ in range(2)]
+    for recording, (first, _) in zip(recordings, recorded.ways, strict=True):
+        if config.tracks:
+            doubt(f"tracks: {recording.name}", places[first], config)
+    table = _table(config, SEEDED if is_seeded else REPLAYED, places)
+    names = [recordings[i].name for i in recorded.recording_of_place]
+    return table._replace(recorded=recorded), names
 
 
 def _table(config: Config, kind: int, places: list[Place]) -> ScenarioTable:

@@ -17,6 +17,7 @@ from hazbot_gym.task.track_checks import doubts
 from hazbot_gym.task.track_description import Source, read_description
 from hazbot_gym.task.track_files import AS_FOUND, Options, check_options, read_tracks
 from hazbot_gym.task.track_formats import ENDINGS, UnknownFormat, looks_like_table
+from hazbot_gym.task.track_formats.encounters import is_encounters, read_encounters
 from hazbot_gym.task.tracks import Recording
 
 MOST_FOLDERS = 10_000  # more files mean a whole disk instead of a folder of recordings
@@ -40,6 +41,9 @@ class Found(NamedTuple):
 def load_tracks(path: str | Path) -> list[Recording]:
     """Return the recordings of a file or folder; doubts about them are warnings.
 
+    Encounters with a robot are left out where there are other recordings, and it is said: their
+    places are the paths of the recorded robots.
+
     Raises:
         InvalidInput: there is no recording, one cannot be read, or two are the same.
     """
@@ -49,7 +53,12 @@ def load_tracks(path: str | Path) -> list[Recording]:
         raise InvalidInput("; ".join(faults))
     for doubt in found.doubts:
         warnings.warn(doubt, DoubtfulRecording, stacklevel=2)
-    return found.recordings
+    others = [recording for recording in found.recordings if recording.robot is None]
+    left_out = len(found.recordings) - len(others)
+    if others and left_out:
+        doubt = f"not used: {left_out} encounters with a robot; give their file alone to use them"
+        warnings.warn(doubt, DoubtfulRecording, stacklevel=2)
+    return others or found.recordings
 
 
 def read_all(path: str | Path, options: Options = AS_FOUND) -> Found:
@@ -65,16 +74,20 @@ def read_all(path: str | Path, options: Options = AS_FOUND) -> Found:
     files = find_recordings(path)
     found: dict[Path, Recording] = {}
     unknown, faults = [], []
+    met: list[Recording] = []
     for file in files:
         try:
-            found[file] = read_tracks(file, **options._asdict())
+            if is_encounters(file):
+                met += read_encounters(file)
+            else:
+                found[file] = read_tracks(file, **options._asdict())
         except UnknownFormat as fault:
             unknown.append(str(fault))
         except InvalidInput as fault:
             faults.append(str(fault))
-    if not found and not faults:
+    if not found and not met and not faults:
         return Found([], [], unknown)
-    recordings = _with_own_names(found, path)
+    recordings = _with_own_names(found, path) + met
     signs = [f"{each.name}: {doubt}" for each in recordings for doubt in doubts(each)]
     return Found(recordings, [f"not read: {line}" for line in unknown] + signs, faults)
 

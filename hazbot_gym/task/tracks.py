@@ -48,6 +48,26 @@ class Reading(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
+class RecordedRobot(NamedTuple):
+    """A robot that the recorded people met.
+
+    Attributes:
+        name: Kind of robot.
+        radius_m: Radius of its base [m].
+        scenario: Kind of encounter.
+        behaviour: How it was driven.
+        scene: Session of the recording.
+        positions: (T, 2) its positions, from the recording's first step on [m].
+    """
+
+    name: str
+    radius_m: float
+    scenario: str
+    behaviour: str
+    scene: str
+    positions: Floats
+
+
 @dataclass(frozen=True, eq=False)
 class Recording:
     """People's tracks at constant time steps.
@@ -61,6 +81,7 @@ class Recording:
         positions: (N, 2) all persons' positions, one person after the other [m].
         walls: (W, 4) segments x1, y1, x2, y2 [m].
         corridor: The corridor, if any.
+        robot: The robot that the people met, if any.
         source: Origin of the file.
         licence: Terms of use.
         citation: Reference to cite.
@@ -75,6 +96,7 @@ class Recording:
     positions: Floats
     walls: Floats = field(default_factory=lambda: np.zeros((0, 4)))
     corridor: Corridor | None = None
+    robot: RecordedRobot | None = None
     source: str = ""
     licence: str = ""
     citation: str = ""

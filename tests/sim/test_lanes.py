@@ -11,7 +11,8 @@ import numba
 import numpy as np
 import pytest
 
-from hazbot_gym.config import SocialForce, make_config
+from hazbot_gym.config import make_config
+from hazbot_gym.core.social_force import SocialForce
 from hazbot_gym.core.state import as_record, records
 from hazbot_gym.sim import lanes, walkers
 from hazbot_gym.sim.drive import drive_parameters

@@ -135,7 +135,7 @@ def test_every_real_recording_is_read_once(tracks_dir: Path) -> None:
     assert all("not read" in doubt for doubt in found.doubts)
     for recording in found.recordings:
         assert recording.people == len(np.unique(recording.ids)), "no track was split"
-        assert recording.licence
+        assert recording.licence or recording.robot  # encounters have no description
 
 
 def test_real_folder_without_its_descriptions_needs_them(tracks_dir: Path, tmp_path: Path) -> None:
