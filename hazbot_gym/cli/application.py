@@ -9,16 +9,13 @@ import re
 import signal
 import sys
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from hazbot_gym import __version__
 from hazbot_gym.errors import HazbotError, InvalidInput
 from hazbot_gym.utils import interrupts, terminal
-
-if TYPE_CHECKING:
-    pass
 
 # System errors of folders and disks given by the user.
 _UNUSABLE = frozenset(

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from hazbot_gym.cli.application import app
-from hazbot_gym.cli.shared import check_file, write_record
+from hazbot_gym.cli.shared import JsonFile, check_file, write_record
 from hazbot_gym.utils import terminal
 
 
@@ -25,7 +25,7 @@ def list_all() -> None:
 @app.command()
 def bench(
     quick: Annotated[bool, typer.Option("--quick", help="Rough results within seconds.")] = False,
-    json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,
+    json_file: JsonFile = None,
     training: Annotated[
         list[Path] | None, typer.Option(help="Training file to measure instead. Repeatable.")
     ] = None,

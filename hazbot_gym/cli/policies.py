@@ -9,16 +9,24 @@ from typing import Annotated
 import typer
 
 from hazbot_gym.cli.application import app
-from hazbot_gym.cli.shared import AllowCode, AllowPickle, overrides_of
+from hazbot_gym.cli.shared import (
+    CORRIDOR,
+    AllowCode,
+    AllowPickle,
+    Changes,
+    ConfigFile,
+    EnvId,
+    PolicySpec,
+    ScenarioName,
+    overrides_of,
+)
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.utils import terminal
 
 
 @app.command()
 def train(
-    config: Annotated[
-        Path | None, typer.Option(help="YAML file of overrides of the defaults.")
-    ] = None,
+    config: ConfigFile = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder for results. [results/train/NAME of the config]")
     ] = None,
@@ -59,14 +67,12 @@ def train(
 
 @app.command(name="eval")
 def evaluate(
-    policy: Annotated[str, typer.Option(help="name, name:option=value,... or module:attribute.")],
-    env: Annotated[str, typer.Option(help="Environment id.")] = "hazbot_gym/Corridor-v0",
+    policy: PolicySpec,
+    env: EnvId = CORRIDOR,
     episodes: Annotated[int, typer.Option(help="Number of episodes.")] = 20,
     seed: Annotated[int, typer.Option(help="Root of all seeds.")] = 0,
-    scenario: Annotated[str | None, typer.Option(help="A named scenario, e.g. E*.")] = None,
-    change: Annotated[
-        list[str] | None, typer.Option("--set", help="Config value, e.g. people.count=[4,4].")
-    ] = None,
+    scenario: ScenarioName = None,
+    change: Changes = None,
     engine: Annotated[str, typer.Option(help="batched, or pymunk for the reference.")] = "batched",
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON only.")] = False,
     allow_pickle: AllowPickle = False,
@@ -97,14 +103,12 @@ def evaluate(
 
 @app.command()
 def watch(
-    policy: Annotated[str, typer.Option(help="name, name:option=value,... or module:attribute.")],
-    env: Annotated[str, typer.Option(help="Environment id.")] = "hazbot_gym/Corridor-v0",
+    policy: PolicySpec,
+    env: EnvId = CORRIDOR,
     episodes: Annotated[int, typer.Option(help="Number of episodes.")] = 1,
     seed: Annotated[int, typer.Option(help="Root of all seeds, as in eval.")] = 0,
-    scenario: Annotated[str | None, typer.Option(help="A named scenario, e.g. E*.")] = None,
-    change: Annotated[
-        list[str] | None, typer.Option("--set", help="Config value, e.g. people.count=[4,4].")
-    ] = None,
+    scenario: ScenarioName = None,
+    change: Changes = None,
     speed: Annotated[float, typer.Option(help="Playback speed relative to real time.")] = 1.0,
     file: Annotated[
         Path | None, typer.Option("--save", help="Video or picture: FILE.mp4, .gif or .png.")

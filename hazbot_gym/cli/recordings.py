@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 from hazbot_gym.cli.application import app
-from hazbot_gym.cli.shared import check_file, write_record
+from hazbot_gym.cli.shared import JsonFile, check_file, write_record
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.utils import terminal
 
@@ -54,7 +54,7 @@ def calibrate(
     as_shipped: Annotated[
         bool, typer.Option("--as-shipped", help="Evaluate the defaults without fitting.")
     ] = False,
-    json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,
+    json_file: JsonFile = None,
 ) -> None:
     """Fit the model of people to recorded tracks, or the discomfort of nearness to ratings."""
     if (tracks is None) == (ratings is None):

@@ -18,6 +18,17 @@ AllowPickle = Annotated[
     bool, typer.Option("--allow-pickle", help="Allow a learned: .zip to run its pickled code.")
 ]
 
+ConfigFile = Annotated[Path | None, typer.Option(help="YAML file of overrides of the defaults.")]
+PolicySpec = Annotated[str, typer.Option(help="name, name:option=value,... or module:attribute.")]
+EnvId = Annotated[str, typer.Option(help="Environment id.")]
+ScenarioName = Annotated[str | None, typer.Option(help="A named scenario, e.g. E*.")]
+Changes = Annotated[
+    list[str] | None, typer.Option("--set", help="Config value, e.g. people.count=[4,4].")
+]
+JsonFile = Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")]
+
+CORRIDOR = "hazbot_gym/Corridor-v0"  # the default environment
+
 
 def overrides_of(change: list[str] | None, scenario: str | None) -> dict[str, object]:
     """Return the config values of ``--set`` and ``--scenario``."""

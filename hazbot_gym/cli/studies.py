@@ -10,16 +10,21 @@ from typing import Annotated
 import typer
 
 from hazbot_gym.cli.application import app
-from hazbot_gym.cli.shared import AllowCode, AllowPickle, check_file, write_record
+from hazbot_gym.cli.shared import (
+    AllowCode,
+    AllowPickle,
+    ConfigFile,
+    JsonFile,
+    check_file,
+    write_record,
+)
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.utils import terminal
 
 
 @app.command()
 def study(
-    config: Annotated[
-        Path | None, typer.Option(help="YAML file of overrides of the defaults.")
-    ] = None,
+    config: ConfigFile = None,
     tracks: Annotated[
         Path | None, typer.Option(help="Folder of real tracks; adds two sets.")
     ] = None,
@@ -115,7 +120,7 @@ def headroom(
     episodes: Annotated[
         int, typer.Option(help="Scenarios per environment.", min=1, max=100_000)
     ] = 40,
-    json_file: Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")] = None,
+    json_file: JsonFile = None,
 ) -> None:
     """Compare rules with the exact optimum for non-reactive people (takes minutes)."""
     from hazbot_gym.envs.registration import full_id

@@ -192,11 +192,11 @@ def run_worlds(
             i += 1
         advance_group(lanes, count, worlds, _surroundings(problem), problem.mechanics, work)
         for lane in range(count):
-            i_lane = lanes.world[lane]
-            worlds.steps[i_lane] += 1
-            _perceive(i_lane, worlds, problem)
-            _judge(i_lane, lanes.contact[lane], worlds, episodes, problem, outputs)
-            _observe(i_lane, worlds, problem, outputs)
+            stepped = lanes.world[lane]
+            worlds.steps[stepped] += 1
+            _perceive(stepped, worlds, problem)
+            _judge(stepped, lanes.contact[lane], worlds, episodes, problem, outputs)
+            _observe(stepped, worlds, problem, outputs)
     for i in range(first, last):
         if mask[i] and episodes.is_over[i] and (is_same_step or episodes.was_over[i]):
             _reset_world(i, worlds, episodes, problem, outputs, work)
