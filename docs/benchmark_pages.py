@@ -9,7 +9,7 @@ from table_text import markdown_table as table
 from hazbot_gym.bench import report as bench
 from hazbot_gym.bench import training_report as training
 from hazbot_gym.bench.cases import CORRIDOR, batched
-from hazbot_gym.calibration import discomfort_report
+from hazbot_gym.calibration import discomfort_report, encounters_report
 from hazbot_gym.calibration import report as calibration
 from hazbot_gym.core.proxemics import INTIMATE_M, PERSONAL_M
 from hazbot_gym.evaluation.oracle import headroom_report as headroom
@@ -108,6 +108,33 @@ def discomfort(template: str, record: Record, *, name: str) -> str:
         far_front=shown(far["front"]["value"]),
         far_behind=shown(far["behind"]["value"]),
     )
+
+
+def encounters(template: str, record: Record, *, name: str) -> str:
+    """Return the page on people's response to the robot; arguments as for ``performance``."""
+    goal, held_out = record["goal"], [row for row in record["groups"] if not row["fitted_on"]]
+    is_near = [row["largest_difference_m"] <= goal for row in held_out]
+    is_slowed = [(row["slowest_difference"] or 0.0) <= goal for row in held_out]
+    sides = {side: {**record, "groups": _on(record, side=side)} for side in (True, False)}
+    return Template(template).substitute(
+        record=name,
+        goal=shown(goal),
+        fitted=record["encounters"]["fitted on"],
+        held_out=record["encounters"]["held out"],
+        groups=len(held_out),
+        near=sum(is_near),
+        slowed=sum(is_slowed),
+        both=sum(map(min, is_near, is_slowed)),
+        constants=table(encounters_report.CONSTANTS, encounters_report.constant_rows(record)),
+        losses=table(encounters_report.LOSSES, encounters_report.loss_rows(record)),
+        fitted_groups=table(encounters_report.GROUPS, encounters_report.group_rows(sides[True])),
+        other_groups=table(encounters_report.GROUPS, encounters_report.group_rows(sides[False])),
+        verdicts=table(encounters_report.VERDICTS, encounters_report.verdict_rows(record)),
+    )
+
+
+def _on(record: Record, *, side: bool) -> list[Record]:
+    return [row for row in record["groups"] if row["fitted_on"] == side]
 
 
 def headroom_by_environment(template: str, record: Record, *, name: str) -> str:

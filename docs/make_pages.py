@@ -50,6 +50,7 @@ PAGES = (
     Page("headroom", benchmark_pages.headroom_by_environment, RECORDS / "headroom.json"),
     Page("people", benchmark_pages.people, CALIBRATION),
     Page("discomfort", benchmark_pages.discomfort, RECORDS / "discomfort.json"),
+    Page("encounters", benchmark_pages.encounters, RECORDS / "encounters.json"),
     Page("training", benchmark_pages.training_speed, RECORDS / "training.json"),
     Page("study", study_report.page, STUDY),
     Page("study_tables", study_report.page, STUDY),

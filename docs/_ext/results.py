@@ -163,10 +163,29 @@ def discomfort(record: dict[str, Any], shade: int) -> Figure:
     return figure
 
 
+def encounters(record: dict[str, Any], shade: int) -> Figure:
+    """Draw the closest distance of recorded and model people in encounters that were held out."""
+    figure, axes = _axes("closest distance between centers, p10 to p90 and median, m", "")
+    groups = [row for row in record["groups"] if not row["fitted_on"]]
+    sides = {"recorded": "recorded", "model": "fitted model", "shipped": "as shipped"}
+    for place, (hue, (side, label)) in enumerate(zip(HUES, sides.items(), strict=False)):
+        y = [k + 0.24 * (place - 1) for k in range(len(groups))]
+        low, middle, high = zip(*(row[side][:3] for row in groups), strict=True)
+        color = HUES[hue][shade]
+        axes.hlines(y, low, high, color=color, lw=2)
+        axes.plot(middle, y, MARKS[hue], color=color, markersize=5, label=label)
+    names = [f"{row['scenario'].replace('_', ' ')}, {row['robot']}" for row in groups]
+    axes.set_yticks(range(len(groups)), names)
+    axes.invert_yaxis()
+    axes.legend(frameon=False, loc="upper left", bbox_to_anchor=(0.0, -0.15), ncols=3)
+    return figure
+
+
 FIGURES = {
     "trade-off": (trade_off, "study", "tracks"),
     "elsewhere": (elsewhere, "study", "tracks"),
     "rates": (rates, "bench", ""),
+    "encounters": (encounters, "encounters", ""),
     "discomfort": (discomfort, "discomfort", ""),
 }
 

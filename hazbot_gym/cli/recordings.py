@@ -44,11 +44,15 @@ def tracks(
 @app.command()
 def calibrate(
     tracks: Annotated[Path | None, typer.Option(help="Folder of real tracks.")] = None,
+    encounters: Annotated[
+        Path | None, typer.Option(help="File of people who meet a robot, or folder of files.")
+    ] = None,
     ratings: Annotated[
         Path | None, typer.Option(help="Folder of ratings of a robot's nearness.")
     ] = None,
     fit: Annotated[
-        list[str] | None, typer.Option(help="Run to fit on; the others are held out. Repeatable.")
+        list[str] | None,
+        typer.Option(help="Run or scene to fit on; the others are held out. Repeatable."),
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the search or the bootstrap.", min=0)] = 0,
     as_shipped: Annotated[
@@ -56,16 +60,24 @@ def calibrate(
     ] = False,
     json_file: JsonFile = None,
 ) -> None:
-    """Fit the model of people to recorded tracks, or the discomfort of nearness to ratings."""
-    if (tracks is None) == (ratings is None):
-        given = "neither" if tracks is None else "both"
-        raise InvalidInput(f"calibrate: given {given}, allowed is one of --tracks and --ratings")
+    """Fit people to tracks, their response to the robot to encounters, or discomfort to ratings."""
+    sources = {"--tracks": tracks, "--encounters": encounters, "--ratings": ratings}
+    given = [name for name, path in sources.items() if path is not None]
+    if len(given) != 1:
+        raise InvalidInput(
+            f"calibrate: given {' and '.join(given) or 'no data'}, allowed is one of "
+            f"{', '.join(sources)}"
+        )
     if ratings is not None and (fit or as_shipped):
         name = "--fit" if fit else "--as-shipped"
-        raise InvalidInput(f"calibrate: given {name} with --ratings, allowed with --tracks only")
+        raise InvalidInput(
+            f"calibrate: given {name} with --ratings, allowed with --tracks and --encounters"
+        )
     check_file(json_file)
     if tracks is not None:
         record, tables = _people_fitted(tracks, fit, seed, as_shipped=as_shipped)
+    elif encounters is not None:
+        record, tables = _response_fitted(encounters, fit, seed, as_shipped=as_shipped)
     else:
         record, tables = _discomfort_fitted(cast(Path, ratings), seed)
     write_record(json_file, record)
@@ -90,6 +102,24 @@ def _people_fitted(
             force = calibration.fit(fitted, seed=seed, on_progress=lambda: progress.advance(task))
     record = calibration.report(fitted, held_out, force)
     return record, calibration_report.tables(record)
+
+
+def _response_fitted(
+    path: Path, fit: list[str] | None, seed: int, *, as_shipped: bool
+) -> tuple[dict[str, object], Group]:
+    """Return the record and the tables of ``calibrate --encounters``."""
+    from hazbot_gym.calibration import encounters, encounters_report
+
+    fitted, held_out = encounters.split(encounters.load_encounters(path), fit or ())
+    recorded, response = encounters.outcomes(fitted, None), encounters.SHIPPED
+    if not as_shipped:
+        with terminal.progress_bar(terminal.progress_console()) as progress:
+            task = progress.add_task("generations", total=encounters.GENERATIONS)
+            response = encounters.fit(
+                fitted, recorded, seed=seed, on_progress=lambda: progress.advance(task)
+            )
+    record = encounters.report(fitted, held_out, response)
+    return record, encounters_report.tables(record)
 
 
 def _discomfort_fitted(folder: Path, seed: int) -> tuple[dict[str, object], Group]:

@@ -36,6 +36,7 @@ class SocialForce(NamedTuple):
     wall_range_m: Annotated[float, Gt(0)] = 0.1  # R; HM95: 0.2 m
     robot_strength_mps2: Annotated[float, Ge(0)] = 7.0  # as HM95 towards a person: nobody recorded
     robot_range_m: Annotated[float, Gt(0)] = 0.3  # met a robot
+    robot_step_time_s: Annotated[float, Ge(0)] = 2.3  # step time towards the robot, as to people
     anisotropy: Annotated[float, Ge(0), Le(1)] = 0.5  # c, weight outside the field of view (HM95)
     view_angle_rad: Annotated[float, Gt(0)] = math.radians(100.0)  # phi, to each side (HM95)
     sidestep_mps2: Annotated[float, Ge(0)] = 0.812  # stepping aside when met head-on (calibrated)
@@ -51,6 +52,7 @@ HELBING_MOLNAR_1995 = SocialForce(  # as published, for people who meet outdoors
     wall_range_m=0.2,
     robot_strength_mps2=7.0,
     robot_range_m=0.3,
+    robot_step_time_s=2.0,
     sidestep_mps2=0.0,
 )
 

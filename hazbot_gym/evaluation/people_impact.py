@@ -42,7 +42,7 @@ def burden(episode: Episode, c: Floats) -> Row:
         "people_hurried_mps2": _hurried(episode, c, dt),
         "social_work_mps": social_work(
             dt, episode.pose, episode.speed_mps, episode.people, episode.robot_radius_m,
-            force.step_time_s, force.robot_strength_mps2, force.robot_range_m,
+            force.robot_step_time_s, force.robot_strength_mps2, force.robot_range_m,
         ),
     }  # fmt: skip
 

@@ -65,7 +65,8 @@ def walking_direction(me: PersonRecord, routes: Floats) -> tuple[float, float]:
 @scalar
 def body_push(
     x: float, y: float, vx: float, vy: float, reach: float, ex: float, ey: float,
-    strength: float, range_m: float, gain: float, is_in_the_way: bool, force: SocialForce,
+    strength: float, range_m: float, step_time_s: float, gain: float, is_in_the_way: bool,
+    force: SocialForce,
 ) -> tuple[float, float]:  # fmt: skip
     """Return the acceleration of a walker by another body [m/s^2].
 
@@ -79,6 +80,7 @@ def body_push(
         ey: The same, other axis.
         strength: Strength of the repulsion [m/s^2].
         range_m: Range of the repulsion [m].
+        step_time_s: Anticipated time of the relative motion [s].
         gain: Factor of the repulsion.
         is_in_the_way: Whether to add the side step.
         force: Constants of the model.
@@ -86,7 +88,7 @@ def body_push(
     distance = max(norm(x, y), 1e-6)
     gap = max(distance - reach, 0.01)
     nx, ny = x / distance, y / distance
-    sx, sy = -force.step_time_s * vx, -force.step_time_s * vy
+    sx, sy = -step_time_s * vx, -step_time_s * vy
     fx, fy = elliptical_repulsion(nx, ny, gap, sx, sy, strength, range_m)
     weight = gain * view_weight(ex, ey, fx, fy, force)
     aside_x, aside_y = sidestep_force(-nx, -ny, ex, ey, gap, force)
@@ -106,7 +108,8 @@ def robot_push(
     is_in_the_way = robot_vx * ex + robot_vy * ey < 0.5 * desired_speed  # stands, slow, head-on
     ax, ay = body_push(
         -x, -y, vx - robot_vx, vy - robot_vy, radius + ROBOT_RADIUS_M, ex, ey,
-        force.robot_strength_mps2, force.robot_range_m, reaction.gain, is_in_the_way, force,
+        force.robot_strength_mps2, force.robot_range_m, force.robot_step_time_s, reaction.gain,
+        is_in_the_way, force,
     )  # fmt: skip
     pull = reaction.attraction_mps2 / distance if gap > PERSONAL_M else 0.0
     is_noticed = gap <= reaction.range_m

@@ -126,8 +126,8 @@ def test_record_is_the_fit_of_the_ratings(tracks_dir: Path) -> None:
 
 def test_command_fits_one_kind_of_data(tracks_dir: Path, tmp_path: Path) -> None:
     for words, named in (
-        (["calibrate"], "--ratings"),
-        (["calibrate", "--ratings", "a", "--tracks", "b"], "both"),
+        (["calibrate"], "no data"),
+        (["calibrate", "--ratings", "a", "--tracks", "b"], "--tracks and --ratings"),
         (["calibrate", "--ratings", "a", "--fit", "b"], "--fit"),
         (["calibrate", "--ratings", str(tmp_path)], "ratings.csv"),
     ):

@@ -15,35 +15,12 @@ from hazbot_gym.task.recorded import recorded_places, recorded_table
 from hazbot_gym.task.track_folders import load_tracks, read_all
 from hazbot_gym.task.track_formats.encounters import is_encounters, read_encounters
 from hazbot_gym.task.tracks import RecordedRobot
+from tests.encounter_rows import HEAD, rows, written
 from tests.envs.test_parity import TOLERANCE, compare, pair
 from tests.refusals import refused
 
-HEAD = "scene,scenario,robot,behaviour,encounter,t_s,agent,x_m,y_m,yaw_rad\n"
 NAMES = ("frontal-hsr-compliant-1.1", "frontal-jackal-compliant-2.7")
 WALK = "frame,id,x,y\n" + "".join(f"{k},1,{0.1 * k:.1f},0\n" for k in range(30))
-
-
-def rows(
-    *,
-    scene: int = 1,
-    encounter: int = 1,
-    robot: str = "hsr",
-    steps: int = 60,
-    lateral_m: float = 0.6,
-) -> list[str]:
-    """Return the rows of a robot and a person who pass each other."""
-    front = f"{scene},frontal,{robot},compliant,{encounter}"
-    found = []
-    for k in range(steps):
-        t = 0.1 * k
-        found.append(f"{front},{t:.2f},robot,{0.5 * t:.3f},0.000,0.000")
-        found.append(f"{front},{t:.2f},1,{6.0 - 1.2 * t:.3f},{lateral_m:.3f},")
-    return found
-
-
-def written(path: Path, lines: list[str], head: str = HEAD) -> Path:
-    path.write_text(head + "\n".join(lines) + "\n")
-    return path
 
 
 @pytest.fixture

@@ -1,0 +1,83 @@
+"""Fitted response of people to the robot, as tables on the terminal."""
+
+from __future__ import annotations
+
+from rich.console import Group
+
+from hazbot_gym.utils.json_object import JsonObject
+from hazbot_gym.utils.text_tables import Rows, console_table, shown
+
+Record = JsonObject
+
+CONSTANTS = ("constant", "fitted", "as shipped")
+LOSSES = ("loss", "fitted", "as shipped")
+GROUPS = (
+    "scenario, robot", "encounters", "", "closest p10 [m]", "p50 [m]", "p90 [m]",
+    "slowest, share of own pace",
+)  # fmt: skip
+VERDICTS = (
+    "held out", "largest difference of closest distance [m]", "of slowest share",
+    "within recorded 95 % intervals",
+)  # fmt: skip
+SIDES = {"recorded": "recorded", "model": "fitted model", "shipped": "as shipped"}
+
+
+def tables(record: Record) -> Group:
+    """Return a record as tables for the terminal."""
+    blocks = ((CONSTANTS, constant_rows), (LOSSES, loss_rows), (GROUPS, group_rows))
+    shown_tables = [
+        console_table(titles, rows(record)) for titles, rows in (*blocks, (VERDICTS, verdict_rows))
+    ]
+    counts = ", ".join(f"{count} encounters {side}" for side, count in record["encounters"].items())
+    return Group(counts, "", *(part for each in shown_tables for part in (each, "")))
+
+
+def constant_rows(record: Record) -> Rows:
+    """Return name and values of each constant of the response."""
+    shipped = record["shipped"]
+    return [
+        (f"`{name}`", shown(value), shown(shipped[name]))
+        for name, value in record["response"].items()
+    ]
+
+
+def loss_rows(record: Record) -> Rows:
+    """Return the loss on encounters fitted on and held out."""
+    return [
+        (f"encounters {side}", shown(loss["fitted"]), shown(loss["shipped"]))
+        for side, loss in record["loss"].items()
+    ]
+
+
+def group_rows(record: Record) -> Rows:
+    """Return recorded and model people of every group, one below the other."""
+    return [
+        (_name(row), str(row["encounters"]), name, *map(shown, row[side]))
+        for row in record["groups"]
+        for side, name in SIDES.items()
+    ]
+
+
+def verdict_rows(record: Record) -> Rows:
+    """Return the largest differences of every group that was held out."""
+    return [
+        (
+            _name(row),
+            shown(row["largest_difference_m"]),
+            shown(row["slowest_difference"]),
+            f"{sum(inside := _inside(row))} of {len(inside)}",
+        )
+        for row in record["groups"]
+        if not row["fitted_on"]
+    ]
+
+
+def _inside(row: Record) -> list[bool]:
+    """Return whether each statistic of the model lies in the interval of the recorded one."""
+    pairs = zip(row["model"], row["recorded_intervals"], strict=True)
+    return [low <= value <= high for value, (low, high) in pairs if value is not None]
+
+
+def _name(row: Record) -> str:
+    side = ", fitted on" if row["fitted_on"] else ""
+    return f"{row['scenario']}, {row['robot']}{side}"
