@@ -69,7 +69,7 @@ def record_of(study: Record) -> Record:
     }
 
 
-def small_record_of(summary: Record) -> Record:
+def small_record_of(summary: Mapping[str, Any]) -> Record:
     """Return what the pages need of a study in which nobody is tuned or trained."""
     return {
         "study": summary["study"],

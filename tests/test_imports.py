@@ -27,9 +27,12 @@ BELOW = {
     # A view: it reads records, and neither computes statistics nor simulates.
     "study.report": (
         *(f"study.{name}" for name in ("answer", "config", "costs", "default_policies")),
-        *(f"study.{name}" for name in ("headline", "replay_records", "set_descriptions", "store")),
+        *(
+            f"study.{name}"
+            for name in ("headline", "replay_records", "results", "set_descriptions", "store")
+        ),
         "study.terminal_tables",
-        *(f"study.summary.{name}" for name in ("COMPARED", "LEVELS", "Summary")),
+        *(f"study.summary.{name}" for name in ("COMPARED", "LEVELS")),
         "evaluation.statistics.pareto.AXES",
         "evaluation.episode",
         "core",

@@ -147,7 +147,11 @@ def judge(policy: str, config: TrainConfig, episodes: int) -> Record:
                 policy, env, episodes=count, seed=ROOT, overrides=config.overrides
             )
     metrics = summarise_one(rows, seed=0)["metrics"]
-    arrived = {name: 100.0 * value for name, value in metrics["arrived"].items()}
+    rate = metrics["arrived"]
+    arrived = {
+        name: None if value is None else 100.0 * value
+        for name, value in (("mean", rate["mean"]), ("low", rate["low"]), ("high", rate["high"]))
+    }
     return {**{name: metrics[name] for name in KEPT}, "arrived_percent": arrived}
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.headline import headline, pooled_sets
-from hazbot_gym.utils.json_object import JsonObject
+from hazbot_gym.study.results import Metrics, SetResults, Summary, mean_return
 
 LEARNED = ("learned", "ppo")  # learned policies of the register
 _COMPARED = (
@@ -21,7 +21,7 @@ _COMPARED = (
 )
 
 
-def answer(summary: JsonObject, study: StudyConfig) -> str:
+def answer(summary: Summary, study: StudyConfig) -> str:
     """Return the sentence that a study's summary supports."""
     best = _best_learned(summary, study)
     if best is None:
@@ -30,7 +30,7 @@ def answer(summary: JsonObject, study: StudyConfig) -> str:
     return f"{_claim(study, best)} in {where}; {_figures(summary, study, best)}."
 
 
-def verdict(summary: JsonObject, study: StudyConfig) -> list[str]:
+def verdict(summary: Summary, study: StudyConfig) -> list[str]:
     """Return the same in three sentences: the sets, the figures, and the optimal policies."""
     best = _best_learned(summary, study)
     optimal = pareto_optimal(headline(summary).policies)
@@ -43,15 +43,15 @@ def verdict(summary: JsonObject, study: StudyConfig) -> list[str]:
     return [where, f"{figures[0].upper()}{figures[1:]}.", *last]
 
 
-def pareto_optimal(policies: JsonObject) -> list[str]:
+def pareto_optimal(policies: SetResults) -> list[str]:
     """Return the Pareto-optimal policies of a set; empty if that is undefined."""
     return [policy for policy, result in policies.items() if result["dominated_by"] == []]
 
 
-def _best_learned(summary: JsonObject, study: StudyConfig) -> str | None:
+def _best_learned(summary: Summary, study: StudyConfig) -> str | None:
     """Return the learned policy with the largest return, if there is one beside the reference."""
     policies = headline(summary).policies
-    returns = {name: policies[name]["metrics"]["return"]["mean"] for name in _rivals(study)}
+    returns = {name: mean_return(policies[name]) for name in _rivals(study)}
     return max(returns, key=lambda name: returns[name], default=None)
 
 
@@ -65,7 +65,7 @@ def _claim(study: StudyConfig, best: str) -> str:
     return f"The {who} has a higher return than {study.reference_policy}"
 
 
-def _figures(summary: JsonObject, study: StudyConfig, best: str) -> str:
+def _figures(summary: Summary, study: StudyConfig, best: str) -> str:
     """Return the gain in return with its interval, and both policies' headline metrics."""
     first = headline(summary)
     ours, theirs = first.policies[best], first.policies[study.reference_policy]
@@ -83,7 +83,7 @@ def learned(study: StudyConfig) -> list[str]:
     return [name for name in study.names if name in trained or name.partition(":")[0] in LEARNED]
 
 
-def _where(summary: JsonObject, study: StudyConfig, policy: str) -> str:
+def _where(summary: Summary, study: StudyConfig, policy: str) -> str:
     """Return the sets with a gain over the reference, and the sets with a loss."""
     pooled = pooled_sets(study)
     gains = {
@@ -91,9 +91,13 @@ def _where(summary: JsonObject, study: StudyConfig, policy: str) -> str:
         for name, block in summary["sets"].items()
         if name not in pooled
     }
-    known = {name: gain for name, gain in gains.items() if gain["low"] is not None}
-    better = [name for name, gain in known.items() if gain["low"] > 0.0]
-    worse = [name for name, gain in known.items() if gain["high"] < 0.0]
+    known = {
+        name: (low, high)
+        for name, gain in gains.items()
+        if (low := gain["low"]) is not None and (high := gain["high"]) is not None
+    }
+    better = [name for name, (low, _) in known.items() if low > 0.0]
+    worse = [name for name, (_, high) in known.items() if high < 0.0]
     parts = [f"{len(better)} of {len(gains)} set{'s' if len(gains) > 1 else ''}"]
     if 0 < len(better) < len(gains):
         parts[0] += f" ({', '.join(better)})"
@@ -106,8 +110,8 @@ def _where(summary: JsonObject, study: StudyConfig, policy: str) -> str:
     return ", ".join(parts)
 
 
-def _metrics(ours: JsonObject, theirs: JsonObject) -> Iterator[str]:
+def _metrics(ours: Metrics, theirs: Metrics) -> Iterator[str]:
     for metric, form, scale in _COMPARED:
-        means = [each[metric]["mean"] for each in (ours, theirs)]
-        if None not in means:
-            yield form.format(*(scale * mean for mean in means))
+        our, their = ours[metric]["mean"], theirs[metric]["mean"]
+        if our is not None and their is not None:
+            yield form.format(scale * our, scale * their)

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 
 from hazbot_gym.study.answer import learned
 from hazbot_gym.study.config import StudyConfig
-from hazbot_gym.utils.json_object import JsonObject
+from hazbot_gym.study.results import SetResults, mean_return
 
 MOST = 6
 EXPERT, CONSTANT = "fuzzy_expert", "constant"  # families; the paper's policy has the first's name
@@ -26,7 +26,7 @@ def family_of(policy: str) -> str:
     return policy.partition(":")[0].removesuffix(", tuned")
 
 
-def default_policies(block: JsonObject, study: StudyConfig) -> list[str]:
+def default_policies(block: SetResults, study: StudyConfig) -> list[str]:
     """Return the default policies of a study, in the order of the list above.
 
     Args:
@@ -36,10 +36,8 @@ def default_policies(block: JsonObject, study: StudyConfig) -> list[str]:
     return list(dict.fromkeys(_ranked(block, study)))[:MOST]
 
 
-def _ranked(block: JsonObject, study: StudyConfig) -> Iterator[str]:
-    by_return = sorted(
-        study.shown_names, key=lambda name: block[name]["metrics"]["return"]["mean"], reverse=True
-    )
+def _ranked(block: SetResults, study: StudyConfig) -> Iterator[str]:
+    by_return = sorted(study.shown_names, key=lambda name: mean_return(block[name]), reverse=True)
     trained = [name for name in by_return if name in learned(study)]
     others = [name for name in by_return if name not in trained]
     yield study.reference_policy

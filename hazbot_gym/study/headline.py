@@ -16,14 +16,14 @@ bank, a small one on scenarios of its own) estimate the same quantity with other
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.study.bank_sets import GROUPS
 from hazbot_gym.study.config import StudyConfig
-from hazbot_gym.utils.json_object import JsonObject
+from hazbot_gym.study.results import OneResult, SetResults, Summary
 
 POOLED, IN_DISTRIBUTION, TEST = "all sets", "in distribution", "test"  # name of the pooled sets
 _PRESETS = {f"{preset}-v0" for preset, _ in GROUPS[TEST].sets.values()}
@@ -40,7 +40,7 @@ class Headline(NamedTuple):
 
     name: str
     sets: Sequence[str]
-    policies: JsonObject
+    policies: SetResults
 
     @property
     def episodes(self) -> int:
@@ -48,13 +48,13 @@ class Headline(NamedTuple):
         return scenarios_of(self.policies)
 
 
-def scenarios_of(policies: JsonObject) -> int:
+def scenarios_of(policies: Mapping[str, OneResult] | SetResults) -> int:
     """Return the number of scenarios per policy in a block of a summary, seeds not counted."""
     first = next(iter(policies.values()))
-    return int(first["episodes"]) // int(first["training_seeds"])
+    return first["episodes"] // first["training_seeds"]
 
 
-def headline(summary: JsonObject) -> Headline:
+def headline(summary: Summary) -> Headline:
     """Return the headline of a study's summary."""
     name, sets = summary["headline"]["name"], summary["headline"]["sets"]
     return Headline(name, sets, summary["sets"][name])

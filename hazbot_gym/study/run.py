@@ -29,8 +29,9 @@ from hazbot_gym.study import candidates, costs, replays, store
 from hazbot_gym.study.candidates import Candidate, Job
 from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.headline import pooled_sets
+from hazbot_gym.study.results import Summary
 from hazbot_gym.study.stamps import Stamps
-from hazbot_gym.study.summary import Summary, summarise
+from hazbot_gym.study.summary import summarise
 from hazbot_gym.utils import files, processors, provenance, terminal
 from hazbot_gym.utils.files import LONGEST
 from hazbot_gym.utils.json_object import JsonObject

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Literal, TypedDict
+from typing import TYPE_CHECKING, Literal, TypedDict, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -33,7 +33,19 @@ from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.default_policies import default_policies
 from hazbot_gym.study.front_summary import summarise_fronts
 from hazbot_gym.study.headline import headline_sets, pooled_sets, scenarios_of
-from hazbot_gym.utils.json_object import JsonObject
+from hazbot_gym.study.results import (
+    Difference,
+    Family,
+    Gain,
+    HeadlineEntry,
+    Interval,
+    Metrics,
+    OneResult,
+    OracleComparison,
+    PolicyResult,
+    SetResults,
+    Summary,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -64,7 +76,6 @@ TAILS: dict[str, Literal["low", "high"]] = {
 }
 WORST, MOST_RESAMPLES_OF_TAILS = 0.05, 1000  # each resample of a tail weights every run
 LEVELS = np.linspace(0.0, 1.0, 101)  # of the quantiles of clearance
-Summary = JsonObject
 
 
 class _IntervalOptions(TypedDict):
@@ -90,47 +101,49 @@ def summarise(rows: pd.DataFrame, study: StudyConfig, best: pd.DataFrame | None 
     _check(rows)
     parts = {each.name: [each.name] for each in study.all_sets} | pooled_sets(study)
     blocks = {name: rows[rows["scenario_set"].isin(sets)] for name, sets in parts.items()}
+    sets = {name: summarise_set(block, study) for name, block in blocks.items()}
+    entry = _headline(sets, study)
     summary: Summary = {
         "study": study.identity(),
         "ssm_profile": study.ssm.profile(),
         "confidence": study.confidence,
         "reference": study.reference_policy,
         "smallest_p": 2 / (study.resamples + 1),  # before the correction
-        "sets": {name: summarise_set(block, study) for name, block in blocks.items()},
+        "sets": sets,
+        "headline": entry,
+        "default_policies": default_policies(sets[entry["name"]], study),
     }
-    summary["headline"] = _headline(summary, study)
-    first = summary["sets"][summary["headline"]["name"]]
-    summary["default_policies"] = default_policies(first, study)
     interval = _IntervalOptions(
         resamples=study.resamples, confidence=study.confidence, seed=study.seed
     )
     if study.fronts is not None:
         blocks = _blocks(rows, [each.name for each in study.sets_named(study.fronts.sets)])
-        summary["fronts"] = _all_plain(
-            {
-                name: summarise_fronts(block, study.fronts, **interval)
-                for name, block in blocks.items()
-            }
-        )
+        summary["fronts"] = {
+            name: cast(
+                dict[str, Family], _all_plain(summarise_fronts(block, study.fronts, **interval))
+            )
+            for name, block in blocks.items()
+        }
     if best is not None:
-        summary["oracle"] = _all_plain(
-            {
-                name: regrets(rows, block, study.names, study.reference_policy, **interval)
-                for name, block in _by_exactness(best).items()
-            }
-        )
+        summary["oracle"] = {
+            name: cast(
+                OracleComparison,
+                _all_plain(regrets(rows, block, study.names, study.reference_policy, **interval)),
+            )
+            for name, block in _by_exactness(best).items()
+        }
     return summary
 
 
-def _headline(summary: Summary, study: StudyConfig) -> dict[str, object]:
+def _headline(sets: dict[str, SetResults], study: StudyConfig) -> HeadlineEntry:
     """Return the headline's name and sets, and the n of its rate bound of one in n.
 
     No event in N scenarios is compatible with a rate of up to ``3 / N`` (95 %; rule of three,
     Hanley and Lippman-Hand 1983).
     """
-    name, sets = headline_sets(study)
-    scenarios = scenarios_of(summary["sets"][name])
-    return {"name": name, "sets": sets, "zero_is_below_one_in": max(scenarios // 3, 1)}
+    name, pooled = headline_sets(study)
+    scenarios = scenarios_of(sets[name])
+    return {"name": name, "sets": pooled, "zero_is_below_one_in": max(scenarios // 3, 1)}
 
 
 def _blocks(rows: pd.DataFrame, names: Sequence[str]) -> dict[str, pd.DataFrame]:
@@ -147,7 +160,7 @@ def _by_exactness(best: pd.DataFrame) -> dict[str, pd.DataFrame]:
     return together | dict(iter(best.groupby("scenario_set", sort=False)))
 
 
-def summarise_one(rows: Sequence[Row], *, seed: int) -> JsonObject:
+def summarise_one(rows: Sequence[Row], *, seed: int) -> OneResult:
     """Return the results of one policy in one set, as in ``summarise``, from plain rows."""
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     (draws,) = crossed_draws(columns["scenario_set"], [1], np.random.default_rng(seed))
@@ -155,7 +168,7 @@ def summarise_one(rows: Sequence[Row], *, seed: int) -> JsonObject:
     return {"episodes": len(rows), "training_seeds": 1, "metrics": metrics}
 
 
-def summarise_set(rows: pd.DataFrame, study: StudyConfig) -> Summary:
+def summarise_set(rows: pd.DataFrame, study: StudyConfig) -> SetResults:
     """Summarise every policy in a set (or in all sets pooled, each resampled separately)."""
     # Scenarios are sorted within each training seed, independent of the order of the shards.
     ordered = rows.sort_values("training_seed", kind="stable")
@@ -203,7 +216,7 @@ def _summarise_policy(
     reference: pd.DataFrame,
     pairs: CrossedDraws,
     confidence: float,
-) -> dict[str, object]:
+) -> PolicyResult:
     """Return a policy's results in a set, and its paired differences from the reference."""
     returns = _scores(rows, ["return"])[0]
     middle = crossed_estimate(
@@ -231,7 +244,7 @@ def _scores(rows: pd.DataFrame, metrics: Sequence[str]) -> Floats:
 
 def _compare(
     ours: Floats, theirs: Floats, draws: CrossedDraws, confidence: float
-) -> dict[str, dict[str, float | None]]:
+) -> dict[str, Difference]:
     """Return paired difference, p-value, and probability of being less for each compared metric.
 
     Args:
@@ -244,25 +257,27 @@ def _compare(
     wins = np.stack([improvements(-x, -y) for x, y in zip(ours, theirs, strict=True)])
     once, many = crossed_means(pairs, each_once(draws)), crossed_means(pairs, draws)
     less = crossed_means(wins, each_once(draws))
-    return {
-        name: _plain(percentile_interval(float(once[k, 0]), many[k], confidence=confidence))
-        | {"p": _rounded(bootstrap_p_value(many[k])), "less": _rounded(float(less[k, 0]))}
-        for k, name in enumerate(COMPARED)
-    }
+    found: dict[str, Difference] = {}
+    for k, name in enumerate(COMPARED):
+        over = _plain(percentile_interval(float(once[k, 0]), many[k], confidence=confidence))
+        found[name] = {
+            "mean": over["mean"],
+            "low": over["low"],
+            "high": over["high"],
+            "p": _rounded(bootstrap_p_value(many[k])),
+            "less": _rounded(float(less[k, 0])),
+        }
+    return found
 
 
-def _gain(
-    ours: Floats, theirs: Floats, draws: CrossedDraws, confidence: float
-) -> dict[str, object]:
+def _gain(ours: Floats, theirs: Floats, draws: CrossedDraws, confidence: float) -> Gain:
     """Return the gain in return, and the probability of improvement."""
     both = np.stack([differences(ours, theirs), improvements(ours, theirs)])
     gain, more = crossed_estimates(both, draws, confidence=confidence)
-    return _plain(gain) | {"probability": _plain(more)}
+    return {**_plain(gain), "probability": _plain(more)}
 
 
-def _tails(
-    rows: pd.DataFrame, draws: CrossedDraws, confidence: float
-) -> dict[str, dict[str, float | None]]:
+def _tails(rows: pd.DataFrame, draws: CrossedDraws, confidence: float) -> Metrics:
     """Return the mean of the worst 5 % of runs (CVaR) of some metrics."""
     return {
         name: _plain(
@@ -282,7 +297,7 @@ def _first_draws(draws: CrossedDraws) -> CrossedDraws:
     return CrossedDraws(*(counts[:MOST_RESAMPLES_OF_TAILS] for counts in draws))
 
 
-def _correct(results: Summary, reference: str) -> None:
+def _correct(results: SetResults, reference: str) -> None:
     """Add p-values corrected (Holm) over the family: all compared metrics, all other policies."""
     family = [
         each["difference"][name]
@@ -299,7 +314,7 @@ def _estimates(
     columns: Mapping[str, npt.NDArray[np.generic]] | pd.DataFrame,
     draws: CrossedDraws,
     confidence: float,
-) -> dict[str, dict[str, float | None]]:
+) -> Metrics:
     """Return the estimate of every metric column, without the labels."""
     values = {name: np.asarray(columns[name]) for name in columns}
     names = [
@@ -331,9 +346,10 @@ def _rate(scores: Floats, crossed: Estimate, confidence: float) -> Estimate:
     return Estimate(over.mean, min(over.low, crossed.low), max(over.high, crossed.high))
 
 
-def _plain(estimate: Estimate) -> dict[str, float | None]:
+def _plain(estimate: Estimate) -> Interval:
     """Return an estimate as JSON values, rounded below differences between processors."""
-    return {name: _rounded(value) for name, value in estimate._asdict().items()}
+    mean, low, high = map(_rounded, estimate)
+    return {"mean": mean, "low": low, "high": high}
 
 
 def _all_plain(content: object) -> object:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from rich.box import SIMPLE_HEAD
@@ -10,8 +10,7 @@ from rich.console import Group
 from rich.text import Text
 
 from hazbot_gym.study.headline import headline, scenarios_of
-from hazbot_gym.study.summary import Summary
-from hazbot_gym.utils.json_object import JsonObject
+from hazbot_gym.study.results import Metrics, OneResult, SetResults, Summary
 from hazbot_gym.utils.terminal import FittedTable, printable
 
 
@@ -65,7 +64,7 @@ def study_tables(summary: Summary, *, is_verbose: bool = False) -> Group:
     )
 
 
-def set_table(name: str, policies: JsonObject) -> FittedTable:
+def set_table(name: str, policies: Mapping[str, OneResult] | SetResults) -> FittedTable:
     """Return the table of one scenario set, one row per policy."""
     episodes = scenarios_of(policies)
     table = FittedTable(
@@ -87,7 +86,7 @@ def set_table(name: str, policies: JsonObject) -> FittedTable:
     return table
 
 
-def _cells(metrics: dict[str, dict[str, float | None]]) -> Iterator[Text]:
+def _cells(metrics: Metrics) -> Iterator[Text]:
     for column in COLUMNS:
         estimate = metrics[column.metric]
         mean, low, high = (_number(estimate[end], column) for end in ("mean", "low", "high"))

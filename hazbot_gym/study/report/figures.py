@@ -19,6 +19,7 @@ from hazbot_gym.evaluation.statistics.pareto import AXES
 from hazbot_gym.study.replay_records import Drive, Replay
 from hazbot_gym.study.report.packing import packed_text
 from hazbot_gym.study.report.style import Style, styles
+from hazbot_gym.study.results import Family, FrontPoint, Metrics, SetResults
 from hazbot_gym.study.summary import LEVELS
 from hazbot_gym.utils.json_object import JsonObject
 
@@ -67,7 +68,7 @@ def library() -> str:
     return packed_text(bundle.read_text(encoding="utf-8"))
 
 
-def front(block: JsonObject, looks: Styles) -> Figure:
+def front(block: SetResults, looks: Styles) -> Figure:
     """Plot kinetic intrusion over time ratio with intervals; a line joins swept policies.
 
     Args:
@@ -106,7 +107,7 @@ def front(block: JsonObject, looks: Styles) -> Figure:
     return _finish(figure)
 
 
-def families(block: JsonObject) -> Figure:
+def families(block: dict[str, Family]) -> Figure:
     """Plot every point of each family; a line joins the family's Pareto front.
 
     Args:
@@ -116,13 +117,13 @@ def families(block: JsonObject) -> Figure:
     for family, look in styles(list(block)).items():
         points = block[family]["points"]
         on_front = [each for each in points if each["on_front"]]
-        best = sorted(tuple(each[axis]["mean"] for axis in AXES) for each in on_front)
+        best = sorted(_mean_of(each) for each in on_front)
         line = {"color": look.color, "dash": look.dash, "width": 2}
         x, y = ([each[axis] for each in best] for axis in (0, 1))
         figure.add_scatter(x=x, y=y, mode="lines", line=line, hoverinfo="skip", name=family)
         figure.add_scatter(
-            x=[each[AXES[0]]["mean"] for each in points],
-            y=[each[AXES[1]]["mean"] for each in points],
+            x=[each["time_ratio"]["mean"] for each in points],
+            y=[each["kinetic_intrusion_m2"]["mean"] for each in points],
             mode="markers",
             name=family,
             marker={"color": look.color, "symbol": look.mark, "size": 8},
@@ -191,7 +192,7 @@ def distances(runs: Mapping[str, Drive], looks: Styles) -> Figure:
     return _finish(figure)
 
 
-def clearances(block: JsonObject, looks: Styles) -> Figure:
+def clearances(block: SetResults, looks: Styles) -> Figure:
     """Plot the cumulative distribution of minimum clearance over episodes, by policy.
 
     The axis ends where half of the curves have risen to ``MOST``: all that matters is near 0, while
@@ -201,9 +202,9 @@ def clearances(block: JsonObject, looks: Styles) -> Figure:
     figure, ends = go.Figure(), []
     for policy, look in looks.items():
         found = block[policy]["clearance_quantiles_m"]
-        points = [each for each in zip(found, LEVELS, strict=True) if each[0] is not None]
+        points = [(a, b) for a, b in zip(found, LEVELS, strict=True) if a is not None]
         x, y = (np.array([each[axis] for each in points]) for axis in (0, 1))
-        ends.append(next((float(a) for a, b in points if b >= MOST), np.inf))
+        ends.append(next((a for a, b in points if b >= MOST), np.inf))
         _line(figure, policy, look, x, y, 2, shape="hv")
     end = float(np.clip(np.median(ends), *ENDS_M))
     figure.update_xaxes(title="minimum clearance [m]", range=[-0.02, end])
@@ -211,19 +212,26 @@ def clearances(block: JsonObject, looks: Styles) -> Figure:
     return _finish(figure)
 
 
-def _point(metrics: JsonObject) -> Point | None:
+def _point(metrics: Metrics) -> Point | None:
     """Return mean, low and high on both axes, None for an unknown mean."""
-    means = tuple(metrics[axis]["mean"] for axis in AXES)
-    if None in means:
-        return None
-    low, high = (
-        tuple(
-            mean if (end := metrics[axis][name]) is None else end
-            for axis, mean in zip(AXES, means, strict=True)
-        )
-        for name in ("low", "high")
-    )
-    return {"mean": means, "low": low, "high": high}
+    means, lows, highs = [], [], []
+    for axis in AXES:
+        found = metrics[axis]
+        mean, low, high = found["mean"], found["low"], found["high"]
+        if mean is None:
+            return None
+        means.append(mean)
+        lows.append(mean if low is None else low)
+        highs.append(mean if high is None else high)
+    return {"mean": tuple(means), "low": tuple(lows), "high": tuple(highs)}
+
+
+def _mean_of(point: FrontPoint) -> tuple[float, float]:
+    """Return the mean of a point on both axes."""
+    time_ratio, intrusion = point["time_ratio"]["mean"], point["kinetic_intrusion_m2"]["mean"]
+    if time_ratio is None or intrusion is None:
+        raise ValueError(f"a front with {point['policy']!r}, whose mean is unknown")
+    return time_ratio, intrusion
 
 
 def _whisker(point: Point, axis: int, look: Style) -> Figure:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 from hazbot_gym.study.report.tables import Cell, Line, Table
-from hazbot_gym.utils.json_object import JsonObject
-
-Estimate = Mapping[str, float | None]
+from hazbot_gym.study.results import Family, Interval, OracleComparison, SetResults
 
 # Of ``summary["oracle"]``: field, title, scale, digits.
 REGRETS = (
@@ -32,7 +30,7 @@ ELSEWHERE = (
 )
 
 
-def regret_table(block: JsonObject, names: Sequence[str]) -> Table:
+def regret_table(block: OracleComparison, names: Sequence[str]) -> Table:
     """Return the regret of each policy relative to the oracle, one row per policy."""
     head = [title for _, title, _, _ in REGRETS]
     lines = [
@@ -48,7 +46,7 @@ def regret_table(block: JsonObject, names: Sequence[str]) -> Table:
     return Table(head, lines)
 
 
-def family_table(block: JsonObject) -> Table:
+def family_table(block: dict[str, Family]) -> Table:
     """Return each family's hypervolume and its difference from the first family's."""
     head = ["hypervolume", "difference from the first", "points", "points on the front"]
     lines = [
@@ -66,7 +64,7 @@ def family_table(block: JsonObject) -> Table:
     return Table(head, lines)
 
 
-def tail_table(block: JsonObject, names: Iterable[str]) -> Table:
+def tail_table(block: SetResults, names: Iterable[str]) -> Table:
     """Return the mean of the worst 5 % of each policy's episodes, one row per policy."""
     return Table(
         [title for _, title in TAILS],
@@ -77,7 +75,7 @@ def tail_table(block: JsonObject, names: Iterable[str]) -> Table:
     )
 
 
-def elsewhere_tables(blocks: JsonObject, names: Sequence[str]) -> dict[str, Table]:
+def elsewhere_tables(blocks: dict[str, SetResults], names: Sequence[str]) -> dict[str, Table]:
     """Return one table per metric: one row per group of sets, one column per policy."""
     return {
         title: Table(
@@ -94,7 +92,7 @@ def elsewhere_tables(blocks: JsonObject, names: Sequence[str]) -> dict[str, Tabl
     }
 
 
-def _cell(estimate: Estimate | None, scale: float, digits: int) -> Cell:
+def _cell(estimate: Interval | None, scale: float, digits: int) -> Cell:
     if estimate is None or estimate["mean"] is None:
         return Cell("?", "")
     mean, low, high = (

@@ -10,7 +10,7 @@ import itertools
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeVar, cast
 
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.study import costs, store
@@ -20,13 +20,13 @@ from hazbot_gym.study.costs import Training
 from hazbot_gym.study.headline import groups, headline, pooled_sets, scenarios_of
 from hazbot_gym.study.replay_records import Replays, from_rows
 from hazbot_gym.study.report import figures, maps, oracle_tables, player, tables
+from hazbot_gym.study.report.figures import Figure
 from hazbot_gym.study.report.packing import packed_json, packed_text
 from hazbot_gym.study.report.style import DASHES, MARKS, Style, styles
+from hazbot_gym.study.results import Family, SetResults, Summary
 from hazbot_gym.study.set_descriptions import describe
-from hazbot_gym.study.summary import Summary
 from hazbot_gym.utils import files
 from hazbot_gym.utils.files import LONGEST
-from hazbot_gym.utils.json_object import JsonObject
 
 try:
     import jinja2
@@ -48,6 +48,9 @@ _UNFIT = (
     RecursionError,
     jinja2.TemplateError,
 )
+
+
+Part = TypeVar("Part")
 
 
 class Study(NamedTuple):
@@ -86,7 +89,7 @@ def read(folder: Path) -> Study:
     """
     try:
         manifest = files.read_json(folder / store.MANIFEST)
-        summary = files.read_json(folder / store.SUMMARY)
+        summary = cast(Summary, files.read_json(folder / store.SUMMARY))
         rows = store.read_episodes(folder / store.EPISODES)
         config = StudyConfig.model_validate(manifest["config"])
         replays = from_rows(store.read_episodes(folder / store.REPLAYS))
@@ -178,7 +181,7 @@ def make_page(study: Study) -> str:
     )
 
 
-def make_tables(study: Study, blocks: JsonObject) -> JsonObject:
+def make_tables(study: Study, blocks: dict[str, SetResults]) -> dict[str, object]:
     """Return every table of the page by its name in the template."""
     config, first = study.config, headline(study.summary).policies
     pooled = {name: block for name, block in blocks.items() if name in groups(set_names(study))}
@@ -193,7 +196,7 @@ def make_tables(study: Study, blocks: JsonObject) -> JsonObject:
         },
         "regrets": {
             name: (oracle_tables.regret_table(block, config.names), block)
-            for name, block in _in_order(study, "oracle").items()
+            for name, block in _in_order(study, study.summary.get("oracle", {})).items()
         },
         "tables": {
             name: (
@@ -211,7 +214,7 @@ def set_names(study: Study) -> list[str]:
     return [scenarios.name for scenarios in study.config.all_sets]
 
 
-def all_blocks(study: Study) -> JsonObject:
+def all_blocks(study: Study) -> dict[str, SetResults]:
     """Return the results of aggregates and single sets, most important first."""
     found = study.summary["sets"]
     first = headline(study.summary).name
@@ -221,9 +224,9 @@ def all_blocks(study: Study) -> JsonObject:
 
 def make_plots(
     study: Study,
-    blocks: JsonObject,
+    blocks: dict[str, SetResults],
     looks: Mapping[str, Style],
-) -> dict[str, JsonObject]:
+) -> dict[str, dict[str, Figure]]:
     """Return every plot of the page, one figure per choice of its selector."""
     replays = study.replays.chosen
     paper = {
@@ -247,7 +250,7 @@ def make_plots(
     )
 
 
-def _optional_plots(study: Study, looks: Mapping[str, Style]) -> dict[str, JsonObject]:
+def _optional_plots(study: Study, looks: Mapping[str, Style]) -> dict[str, dict[str, Figure]]:
     """Return the plots of fronts and oracle, if the study has them."""
     plots = {}
     if study.config.fronts is not None:
@@ -262,19 +265,19 @@ def _optional_plots(study: Study, looks: Mapping[str, Style]) -> dict[str, JsonO
     return plots
 
 
-def fronts_of(study: Study) -> JsonObject:
+def fronts_of(study: Study) -> dict[str, dict[str, Family]]:
     """Return the families' fronts, pooled and per set, in the study's order of families."""
     if study.config.fronts is None:
         return {}
     return {
         name: {family: block[family] for family in study.config.fronts.members}
-        for name, block in _in_order(study, "fronts").items()
+        for name, block in _in_order(study, study.summary.get("fronts", {})).items()
     }
 
 
-def _in_order(study: Study, part: str) -> JsonObject:
+def _in_order(study: Study, found: Mapping[str, Part]) -> dict[str, Part]:
     """Return a part of the summary with aggregates first."""
-    found, names = study.summary.get(part, {}), set_names(study)
+    names = set_names(study)
     pooled = [name for name in found if name not in names]
     return {name: found[name] for name in (*pooled, *names) if name in found}
 

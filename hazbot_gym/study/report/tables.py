@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
+from hazbot_gym.study.results import Difference, Interval, SetResults
 from hazbot_gym.study.summary import COMPARED
 from hazbot_gym.study.terminal_tables import COLUMNS, Column
-from hazbot_gym.utils.json_object import JsonObject
 
 # Terminal columns in the first table; the other two are in the full tables.
 HEADLINE = (
@@ -46,7 +45,7 @@ class Table(NamedTuple):
     lines: list[Line]
 
 
-def headline(block: JsonObject, policies: tuple[str, ...]) -> Table:
+def headline(block: SetResults, policies: tuple[str, ...]) -> Table:
     """Return the table of headline metrics, one row per policy."""
     columns = _columns(HEADLINE)
     best = {column.metric: _best(block, column) for column in columns}
@@ -67,7 +66,7 @@ def headline(block: JsonObject, policies: tuple[str, ...]) -> Table:
     return Table([_title(column) for column in columns], lines)
 
 
-def all_metrics(block: JsonObject, policies: tuple[str, ...]) -> Table:
+def all_metrics(block: SetResults, policies: tuple[str, ...]) -> Table:
     """Return the table of all metrics, one row per metric."""
     names = list(block[policies[0]]["metrics"])
     known = {column.metric: column for column in COLUMNS}
@@ -82,7 +81,7 @@ def all_metrics(block: JsonObject, policies: tuple[str, ...]) -> Table:
     return Table(list(policies), lines)
 
 
-def differences(block: JsonObject, policies: tuple[str, ...], reference: str) -> Table:
+def differences(block: SetResults, policies: tuple[str, ...], reference: str) -> Table:
     """Return the table of paired differences from the reference policy, on the same scenarios."""
     columns = _columns(COMPARED)
     lines = [
@@ -96,7 +95,7 @@ def differences(block: JsonObject, policies: tuple[str, ...], reference: str) ->
     return Table([_title(column) for column in columns], lines)
 
 
-def dominated(block: JsonObject) -> dict[str, str]:
+def dominated(block: SetResults) -> dict[str, str]:
     """Return the dominated policies of a set, each with its dominating policies as text."""
     return {policy: _some(by) for policy, each in block.items() if (by := each["dominated_by"])}
 
@@ -120,7 +119,7 @@ def _digits(column: Column) -> int:
     return column.digits + column.finer
 
 
-def _best(block: JsonObject, column: Column) -> set[str]:
+def _best(block: SetResults, column: Column) -> set[str]:
     """Return the policies with the best mean at the displayed precision."""
     sign = -1.0 if column.metric in MORE_IS_BETTER else 1.0
     means = {policy: result["metrics"][column.metric]["mean"] for policy, result in block.items()}
@@ -132,14 +131,12 @@ def _best(block: JsonObject, column: Column) -> set[str]:
     return {policy for policy, value in shown.items() if value == min(shown.values())}
 
 
-def _cell(
-    estimate: Mapping[str, float | None], column: Column | None, *, is_best: bool = False
-) -> Cell:
+def _cell(estimate: Interval, column: Column | None, *, is_best: bool = False) -> Cell:
     mean, low, high = (_number(estimate[end], column) for end in ("mean", "low", "high"))
     return Cell(mean, "" if UNKNOWN in (low, high) else f"{low} to {high}", is_best)
 
 
-def _compared(difference: Mapping[str, float | None], column: Column) -> Cell:
+def _compared(difference: Difference, column: Column) -> Cell:
     """Return a difference with its interval and its corrected p-value."""
     cell, p = _cell(difference, column), difference["p_holm"]
     return cell if p is None else cell._replace(interval=f"{cell.interval}; p = {p:.2g}")
