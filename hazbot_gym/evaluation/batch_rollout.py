@@ -53,7 +53,7 @@ def run_episodes(
         limit: number of decisions after which an episode is cut off.
         threads: number of threads; results do not depend on it.
     """
-    rounds = -(-len(seeds) // max(MOST_WORLDS * LONG // max(limit, LONG), 1))
+    rounds = -(-len(seeds) // most_worlds(limit))
     size = -(-len(seeds) // rounds)
     worlds = CorridorVectorEnv(size, config, threads=threads, autoreset_mode="Disabled")
     for first in range(0, len(seeds), size):
@@ -61,6 +61,11 @@ def run_episodes(
         spare = [chosen[0]] * (size - len(chosen))
         yield from islice(_run_round(worlds, policy, chosen + spare, limit), len(chosen))
     worlds.close()
+
+
+def most_worlds(limit: int) -> int:
+    """Return the largest number of worlds side by side, for a horizon in decisions."""
+    return max(MOST_WORLDS * LONG // max(limit, LONG), 1)
 
 
 def try_out(config: Config, policies: Mapping[str, Policy]) -> None:

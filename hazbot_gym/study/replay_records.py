@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hazbot_gym.core.state import Floats
-from hazbot_gym.evaluation.episode import PERSON_COLUMNS, Episode, stack_people
+from hazbot_gym.core.ultrasonic import SENSOR_NAMES
+from hazbot_gym.evaluation.episode import PERSON_COLUMNS, stack_people
 from hazbot_gym.utils.json_object import JsonObject
 
 if TYPE_CHECKING:
@@ -20,8 +21,24 @@ if TYPE_CHECKING:
 
 BEST = ""  # reserved name: the oracle's drive of a scenario
 MOST_CELLS = 50_000_000  # 2 GB; a full study has a tenth of it
-SERIES = ("speed_mps", "distance_m")  # columns with a number per instant
+SERIES = ("speed_mps", "distance_m", "earned")  # columns with a number per instant
 _KEYS = ("scenario_set", "beside_best", "episode")
+
+
+class Sonar(NamedTuple):
+    """The robot's ultrasonic sensors, as far as they are drawn.
+
+    Attributes:
+        half_cone_rad: Half opening angle.
+        mount_m: Distance of a sensor from the robot's centre.
+        range_m: Reading without an echo.
+        axes_rad: Direction of each sensor from the heading.
+    """
+
+    half_cone_rad: float
+    mount_m: float
+    range_m: float
+    axes_rad: Floats
 
 
 class Drive(NamedTuple):
@@ -29,6 +46,10 @@ class Drive(NamedTuple):
 
     Attributes:
         distance_m: Distance driven since the start.
+        earned: Cumulated reward, 0 at the start.
+        ranges_m: (T, 4) readings of the sonar that the policy had at each decision, to the
+            centimetre.
+        contact: (2,) point where the robot touched a person or wall [m], or (0,).
         is_recorded: Whether it reproduced the episode's recorded metrics. A stochastic policy may
             not.
     """
@@ -37,7 +58,10 @@ class Drive(NamedTuple):
     pose: Floats
     speed_mps: Floats
     distance_m: Floats
+    earned: Floats
+    ranges_m: Floats
     people: Floats
+    contact: Floats
     outcome: str
     contact_caused_by: str
     is_recorded: bool
@@ -51,6 +75,7 @@ class Replay(NamedTuple):
         why: Reason for which it was chosen, such as ``median``.
         walls: (W, 4) ends of the walls [m].
         path: (n, 2) points of the robot's path [m].
+        sonar: Geometry of the sensors.
         runs: The drive of each policy, by name.
         best: The oracle's drive, if the study has one for this scenario.
     """
@@ -59,6 +84,7 @@ class Replay(NamedTuple):
     why: str
     walls: Floats
     path: Floats
+    sonar: Sonar
     runs: dict[str, Drive]
     best: Drive | None = None
 
@@ -68,21 +94,6 @@ class Replays(NamedTuple):
 
     chosen: dict[str, list[Replay]]
     beside_best: dict[str, Replay]
-
-
-def drive_of(episode: Episode, *, is_recorded: bool = True) -> Drive:
-    """Return the visible part of an episode."""
-    steps_m = np.hypot(*np.diff(episode.pose[:, :2], axis=0).T)
-    return Drive(
-        time_s=episode.time_s,
-        pose=episode.pose,
-        speed_mps=episode.speed_mps,
-        distance_m=np.append(0.0, np.cumsum(steps_m)),
-        people=episode.people,
-        outcome=episode.outcome,
-        contact_caused_by=episode.contact_caused_by,
-        is_recorded=is_recorded,
-    )
 
 
 def rows_of(replays: Replays) -> Iterator[dict[str, object]]:
@@ -133,6 +144,7 @@ def _rows(name: str, replay: Replay) -> Iterator[dict[str, object]]:
             "policy": policy,
             "walls": _flat(replay.walls),
             "path": _flat(replay.path),
+            "sonar": _flat(np.append(replay.sonar[:3], replay.sonar.axes_rad)),
             **_columns(drive),
         }
 
@@ -144,6 +156,8 @@ def _columns(drive: Drive) -> dict[str, object]:
         "instants": instants.astype(np.int32),  # instant of each sighting,
         "persons": persons.astype(np.int32),  # person,
         "people": _flat(drive.people[instants, persons]),  # position
+        "ranges_cm": np.rint(100.0 * drive.ranges_m).astype(np.int16).ravel(),
+        "contact": _flat(drive.contact),
         "outcome": drive.outcome,
         "contact_caused_by": drive.contact_caused_by,
         "is_recorded": drive.is_recorded,
@@ -157,9 +171,15 @@ def _replay(rows: list[JsonObject]) -> Replay:
         why=rows[0]["why"],
         walls=_shaped(rows[0]["walls"], 4),
         path=_shaped(rows[0]["path"], 2),
+        sonar=_sonar(rows[0]["sonar"]),
         best=drives.pop(BEST, None),
         runs=drives,
     )
+
+
+def _sonar(values: object) -> Sonar:
+    half_cone, mount, reach, *axes = np.asarray(values, float)
+    return Sonar(round(half_cone, 4), round(mount, 4), round(reach, 4), np.array(axes))
 
 
 def _drive(row: JsonObject) -> Drive:
@@ -170,7 +190,9 @@ def _drive(row: JsonObject) -> Drive:
         time_s=time_s,
         pose=_shaped(row["pose"], 3),
         **{name: np.asarray(row[name], float) for name in SERIES},
+        ranges_m=_shaped(row["ranges_cm"], len(SENSOR_NAMES)) / 100.0,
         people=stacked,
+        contact=np.asarray(row["contact"], float),
         outcome=row["outcome"],
         contact_caused_by=row["contact_caused_by"],
         is_recorded=bool(row["is_recorded"]),

@@ -6,7 +6,7 @@ episodes; a drive that does not reproduce its recorded metrics is marked.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -14,11 +14,13 @@ import numpy as np
 import numpy.typing as npt
 from rich.console import Console
 
-from hazbot_gym.core.geometry import path_length, sample_path
+from hazbot_gym.config import Config
+from hazbot_gym.core.geometry import nearest_on_segment, path_length, sample_path
 from hazbot_gym.core.state import Floats, Place
+from hazbot_gym.core.ultrasonic import SENSOR_NAMES, mounting
 from hazbot_gym.evaluation import batch_rollout
 from hazbot_gym.evaluation.encounters import Row
-from hazbot_gym.evaluation.episode import Episode
+from hazbot_gym.evaluation.episode import Episode, X, Y
 from hazbot_gym.evaluation.metrics import measure
 from hazbot_gym.evaluation.open_loop import Plan
 from hazbot_gym.evaluation.rollout import make_env, resolve, run_episode
@@ -29,7 +31,9 @@ from hazbot_gym.policies.guard import Actions, Observations
 from hazbot_gym.study import store
 from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.headline import headline_sets
-from hazbot_gym.study.replay_records import Drive, Replay, Replays, drive_of, rows_of
+from hazbot_gym.study.replay_records import Drive, Replay, Replays, Sonar, rows_of
+from hazbot_gym.task.observation import RANGE_FIELDS, layout_of
+from hazbot_gym.task.outcome import CONTACT_PERSON, CONTACT_WALL, OUTCOME_NAMES
 from hazbot_gym.task.scenario import ScenarioSampler
 from hazbot_gym.utils.json_object import JsonObject
 
@@ -38,6 +42,7 @@ if TYPE_CHECKING:
 
 TOLERANCE = 1e-6  # tolerance of reproduced metrics, as between the engines
 STEP_M = 0.1  # spacing of path points
+Heard = tuple[Episode, Row, Floats]  # an episode, its labels, and the readings of its sonar
 
 
 class Choice(NamedTuple):
@@ -196,19 +201,81 @@ def replay(
     lead = [recorded[study.reference_policy, number] for number in choice.episodes]
     runs: dict[int, dict[str, Drive]] = {number: {} for number in choice.episodes}
     again = _run(study, scenarios, policies, [int(row["seed"]) for row in lead], threads)
-    for (policy, number), (episode, labels) in zip(pairs, again, strict=True):
+    config, _ = resolve(scenarios)
+    source = ScenarioSampler(config)
+    places = [source.draw(int(row["scenario_key"])).place for row in lead]
+    walls = {
+        number: np.array(place.walls) for number, place in zip(choice.episodes, places, strict=True)
+    }
+    for (policy, number), (episode, labels, ranges_m) in zip(pairs, again, strict=True):
         before = recorded[policy, number]
         if any(before[name] != value for name, value in labels.items()):
             raise RuntimeError(f"episode {number} of {scenarios.name!r} is another scenario now")
         is_recorded = gives_again(measure(episode, study.ssm), before)
-        runs[number][policy] = drive_of(episode, is_recorded=is_recorded)
-    source = ScenarioSampler(resolve(scenarios)[0])
-    places = [source.draw(int(row["scenario_key"])).place for row in lead]
-    best = _best_drive(choice) if choice.best else None
+        runs[number][policy] = drive_of(episode, ranges_m, walls[number], is_recorded=is_recorded)
+    best = None
+    if choice.best:
+        best = _best_drive(choice.best, scenarios, next(iter(walls.values())))
+    sonar = sonar_of(config)
     return [
-        Replay(number, why, np.array(place.walls), path_points(place), runs[number], best)
+        Replay(number, why, walls[number], path_points(place), sonar, runs[number], best)
         for (number, why), place in zip(choice.episodes.items(), places, strict=True)
     ]
+
+
+def drive_of(
+    episode: Episode, ranges_m: Floats, walls: Floats, *, is_recorded: bool = True
+) -> Drive:
+    """Return the visible part of an episode.
+
+    Args:
+        episode: the episode.
+        ranges_m: (T, 4) readings of its sonar.
+        walls: (W, 4) ends of the walls [m].
+        is_recorded: whether it reproduces the recorded metrics.
+    """
+    steps_m = np.hypot(*np.diff(episode.pose[:, :2], axis=0).T)
+    return Drive(
+        time_s=episode.time_s,
+        pose=episode.pose,
+        speed_mps=episode.speed_mps,
+        distance_m=np.append(0.0, np.cumsum(steps_m)),
+        earned=np.append(0.0, np.cumsum(episode.rewards)),
+        ranges_m=ranges_m,
+        people=episode.people,
+        contact=contact_of(episode, walls),
+        outcome=episode.outcome,
+        contact_caused_by=episode.contact_caused_by,
+        is_recorded=is_recorded,
+    )
+
+
+def contact_of(episode: Episode, walls: Floats) -> Floats:
+    """Return the point (2,) on the robot's rim where it touched, (0,) without a contact [m].
+
+    It is on the way to the nearest person or wall at the end of the episode.
+    """
+    center = episode.pose[-1, :2]
+    if episode.outcome == OUTCOME_NAMES[CONTACT_PERSON]:
+        at = episode.people[-1][:, [X, Y]]
+    elif episode.outcome == OUTCOME_NAMES[CONTACT_WALL]:
+        at = np.array([nearest_on_segment(*center, *wall) for wall in walls])
+    else:
+        return np.empty(0)
+    aside = at - center
+    distance = np.hypot(*aside.T)
+    nearest = int(np.nanargmin(distance))
+    point: Floats = center + episode.robot_radius_m * aside[nearest] / distance[nearest]
+    return point
+
+
+def sonar_of(config: Config) -> Sonar:
+    """Return the geometry of an environment's sonar."""
+    sensor = config.sensors.ultrasonic
+    sine, cosine = np.sin(sensor.front_angle_rad), np.cos(sensor.front_angle_rad)
+    axes = [mounting(i, sine, cosine) for i in range(len(SENSOR_NAMES))]
+    axes_rad = np.array([np.arctan2(left, ahead) for ahead, left in axes])
+    return Sonar(sensor.half_cone_rad, sensor.mount_radius_m, sensor.range_m, axes_rad)
 
 
 def replays_of(found: Sequence[tuple[Choice, list[Replay]]]) -> Replays:
@@ -235,12 +302,13 @@ def path_points(place: Place) -> Floats:
     return sample_path(place.path, np.linspace(0.0, length, int(length / STEP_M) + 2))[:, :2]
 
 
-def _best_drive(choice: Choice) -> Drive:
-    assert choice.best is not None
-    config, limit = resolve(choice.scenarios)
-    plan, seeds = Plan(np.asarray(choice.best["actions"], float)), [int(choice.best["seed"])]
-    runs = batch_rollout.run_episodes(config, plan, seeds, limit=limit, threads=1)
-    return drive_of(next(iter(runs))[0])
+def _best_drive(best: JsonObject, scenarios: ScenarioSet, walls: Floats) -> Drive:
+    """Return the oracle's drive, from its row."""
+    config, limit = resolve(scenarios)
+    listener = _Listener(Plan(np.asarray(best["actions"], float)))
+    runs = batch_rollout.run_episodes(config, listener, [int(best["seed"])], limit=limit, threads=1)
+    ((episode, _, ranges_m),) = listener.heard(runs)
+    return drive_of(episode, ranges_m, walls)
 
 
 def _run(
@@ -249,30 +317,65 @@ def _run(
     policies: list[Policy],
     seeds: list[int],
     threads: int,
-) -> Iterator[tuple[Episode, Row]]:
+) -> Iterator[Heard]:
     """Run every policy over some seeds, one policy after the other."""
     if study.engine == "pymunk":
         env = make_env(scenarios)
-        return (run_episode(env, policy, seed) for policy in policies for seed in seeds)
+        for listener in map(_Listener, policies):
+            yield from listener.heard(run_episode(env, listener, seed) for seed in seeds)
+        return
     config, limit = resolve(scenarios)
     if config.action_type == "discrete":  # discrete and continuous actions do not mix in one batch
-        teams = [(policy, seeds) for policy in policies]
+        teams = [(policy, 1) for policy in policies]
     else:
-        at_once = max(batch_rollout.MOST_WORLDS // len(seeds), 1)
+        at_once = max(batch_rollout.most_worlds(limit) // len(seeds), 1)
         parts = [policies[i : i + at_once] for i in range(0, len(policies), at_once)]
-        teams = [(_SideBySide(part, len(seeds)), seeds * len(part)) for part in parts]
-    return (
-        run
-        for team, its_seeds in teams
-        for run in batch_rollout.run_episodes(config, team, its_seeds, limit=limit, threads=threads)
-    )
+        teams = [(_SideBySide(part), len(part)) for part in parts]
+    for team, size in teams:
+        listener = _Listener(team)
+        runs = batch_rollout.run_episodes(
+            config, listener, seeds * size, limit=limit, threads=threads
+        )
+        yield from listener.heard(runs)
+
+
+class _Listener:
+    """Policy that notes the range readings it is given, and lets another policy act."""
+
+    def __init__(self, policy: Policy) -> None:
+        self._policy = policy
+        self._rounds: list[list[Floats]] = []  # of episodes side by side; (worlds, 4) per decision
+
+    def predict(
+        self,
+        observation: Observations,
+        state: Any = None,
+        episode_start: npt.NDArray[np.bool_] | None = None,
+        deterministic: bool = True,
+    ) -> tuple[Actions, Any]:
+        """Note the readings and return the policy's answer."""
+        if episode_start is None or episode_start.all():
+            self._rounds.append([])
+        decoded = layout_of(observation).decode(np.atleast_2d(observation))
+        ranges_m = np.stack([decoded[field.name] for field in RANGE_FIELDS], axis=-1)
+        self._rounds[-1].append(ranges_m)
+        return self._policy.predict(
+            observation, state=state, episode_start=episode_start, deterministic=deterministic
+        )
+
+    def heard(self, runs: Iterable[tuple[Episode, Row]]) -> Iterator[Heard]:
+        """Yield episodes and labels, each with its readings (T, 4) [m]."""
+        for i, (episode, labels) in enumerate(runs):
+            number, world = divmod(i, len(self._rounds[0][0]))
+            decisions = self._rounds[number][: len(episode.rewards)]
+            yield episode, labels, np.stack([ranges_m[world] for ranges_m in decisions])
 
 
 class _SideBySide:
     """Composite policy: each policy drives its share of one batch, faster than in sequence."""
 
-    def __init__(self, policies: Sequence[Policy], worlds_each: int) -> None:
-        self._policies, self._worlds_each = policies, worlds_each
+    def __init__(self, policies: Sequence[Policy]) -> None:
+        self._policies = policies
 
     def predict(
         self,
@@ -282,15 +385,15 @@ class _SideBySide:
         deterministic: bool = True,
     ) -> tuple[Actions, list[object]]:
         """Return the actions of all worlds, and each policy's inner state."""
-        actions, states = [], []
+        actions, states, each = [], [], len(observation) // len(self._policies)
         for i, policy in enumerate(self._policies):
-            mine = slice(i * self._worlds_each, (i + 1) * self._worlds_each)
+            mine = slice(i * each, (i + 1) * each)
             action, inner = policy.predict(
                 observation[mine],
                 state=None if state is None else state[i],
                 episode_start=None if episode_start is None else episode_start[mine],
                 deterministic=deterministic,
             )
-            actions.append(np.reshape(action, (self._worlds_each, 1)))
+            actions.append(np.reshape(action, (each, 1)))
             states.append(inner)
         return np.concatenate(actions), states

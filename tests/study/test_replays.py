@@ -9,12 +9,21 @@ import pytest
 from rich.console import Console
 
 from hazbot_gym.evaluation import batch_rollout
-from hazbot_gym.evaluation.rollout import Shard, run_shard
+from hazbot_gym.evaluation.rollout import Shard, make_env, run_episode, run_shard
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.policies import Permissions
+from hazbot_gym.policies import make as make_policy
 from hazbot_gym.study import replays, store
 from hazbot_gym.study.config import StudyConfig
-from hazbot_gym.study.replays import Choice, choices, choose, choose_worst, gives_again, replay
+from hazbot_gym.study.replays import (
+    Choice,
+    choices,
+    choose,
+    choose_worst,
+    contact_of,
+    gives_again,
+    replay,
+)
 from hazbot_gym.study.report import page
 
 
@@ -88,8 +97,35 @@ def test_recorded_drives_are_those_of_either_engine(study: page.Study) -> None:
     for ours, theirs in zip(kept, again, strict=True):
         for policy, run in ours.runs.items():
             np.testing.assert_allclose(run.pose, theirs.runs[policy].pose, atol=1e-5)
+            assert run.ranges_m.shape == (len(run.time_s) - 1, 4)
+            np.testing.assert_allclose(run.ranges_m, theirs.runs[policy].ranges_m, atol=0.0051)
             assert run.is_recorded
             assert theirs.runs[policy].is_recorded
+
+
+def test_the_reward_of_a_replay_sums_to_the_recorded_return(study: page.Study) -> None:
+    returns = study.rows.set_index(["scenario_set", "policy", "episode"])["return"]
+    for name, some in study.replays.chosen.items():
+        for each in some:
+            for policy, run in each.runs.items():
+                expected = returns.loc[name, policy, each.number]
+                assert run.earned[-1] == pytest.approx(expected, abs=1e-4)
+
+
+def test_the_mark_of_a_contact_is_on_the_robots_rim() -> None:
+    env = make_env(ScenarioSet(name="Corridor", env="hazbot_gym/Corridor-v0"))
+    episode, _ = run_episode(env, make_policy("constant:0.5"), 0)
+    (x, y), radius = episode.pose[-1, :2], episode.robot_radius_m
+    wall = np.array([[x - 5.0, y - 9.0, x + 5.0, y - 9.0], [x - 5.0, y + 0.3, x + 5.0, y + 0.3]])
+    person = np.array([x - 0.4, y, 0.0, 0.0, 0.2])
+    people = np.repeat(person[None, None], len(episode.time_s), axis=0)
+    ended = {
+        each: episode._replace(outcome=each, people=people)
+        for each in ("contact_wall", "contact_person", "arrived")
+    }
+    assert contact_of(ended["contact_wall"], wall) == pytest.approx([x, y + radius])
+    assert contact_of(ended["contact_person"], wall) == pytest.approx([x - radius, y])
+    assert contact_of(ended["arrived"], wall).shape == (0,)
 
 
 def test_discrete_speeds_are_replayed() -> None:

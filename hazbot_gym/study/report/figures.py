@@ -6,6 +6,7 @@ legend: the page has one legend for all plots.
 
 from __future__ import annotations
 
+import base64
 import functools
 from collections.abc import Mapping
 from importlib import resources
@@ -17,7 +18,6 @@ from hazbot_gym.core.state import Floats
 from hazbot_gym.errors import MissingExtra
 from hazbot_gym.evaluation.statistics.pareto import AXES
 from hazbot_gym.study.replay_records import Drive, Replay
-from hazbot_gym.study.report.packing import packed_text
 from hazbot_gym.study.report.style import Style, styles
 from hazbot_gym.study.results import Family, FrontPoint, Metrics, SetResults
 from hazbot_gym.study.summary import LEVELS
@@ -60,12 +60,12 @@ Point = dict[str, tuple[float, ...]]  # mean, low and high, each on both axes
 
 @functools.cache
 def library() -> str:
-    """Return plotly's JavaScript, compressed: its bundle of basic plots, a quarter of the whole.
+    """Return plotly's JavaScript as base64 of gzip: its bundle of basic plots, a quarter of all.
 
     The file is that of the npm package ``plotly.js-basic-dist-min``, version 4.1.1.
     """
-    bundle = resources.files("hazbot_gym.study.report") / "template" / "plotly-basic.min.js"
-    return packed_text(bundle.read_text(encoding="utf-8"))
+    bundle = resources.files("hazbot_gym.study.report") / "template" / "plotly-basic.min.js.gz"
+    return base64.b64encode(bundle.read_bytes()).decode()
 
 
 def front(block: SetResults, looks: Styles) -> Figure:

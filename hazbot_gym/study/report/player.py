@@ -1,4 +1,4 @@
-"""Encoding of replays for the page's player: whole centimetres and degrees, deflated."""
+"""Encoding of replays for the page's player: whole centimetres, degrees and mm/s, deflated."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from hazbot_gym.study.report.maps import positions, view
 from hazbot_gym.study.report.packing import packed_json
 
 NOBODY = 99_999  # empty slot, or person outside the view
+SONAR_CM = 2  # unit of the sonar's readings
 
 
 def pack(replays: Mapping[str, Sequence[Replay]]) -> str:
@@ -26,6 +27,7 @@ def pack(replays: Mapping[str, Sequence[Replay]]) -> str:
             "person_cm": 100 * PERSON_RADIUS_M,
             "zones_cm": [100 * zone for zone in (SOCIAL_M, PERSONAL_M, INTIMATE_M)],
             "nobody": NOBODY,
+            "sonar_cm": SONAR_CM,
         }
     )
 
@@ -39,6 +41,12 @@ def _replay(replay: Replay) -> dict[str, object]:
         "box": _whole(100 * np.concatenate([low, high])).tolist(),
         "walls": _whole(100 * replay.walls).tolist(),
         "path": _whole(100 * path).tolist(),
+        "sonar": {
+            "half_cone": replay.sonar.half_cone_rad,
+            "mount": round(100 * replay.sonar.mount_m, 1),
+            "range": round(100 * replay.sonar.range_m / SONAR_CM),
+            "axes": replay.sonar.axes_rad.round(4).tolist(),
+        },
         "runs": {
             policy: _run(episode, low - SOCIAL_M, high + SOCIAL_M)
             for policy, episode in replay.runs.items()
@@ -58,7 +66,10 @@ def _run(episode: Drive, low: Floats, high: Floats) -> dict[str, object]:
         "x": steps(100 * episode.pose[:, 0]),
         "y": steps(100 * episode.pose[:, 1]),
         "heading": steps(np.degrees(episode.pose[:, 2])),
-        "speed": steps(100 * episode.speed_mps),
+        "speed": steps(1000 * episode.speed_mps),
+        "earned": steps(100 * episode.earned),
+        "sonar": [steps(100 / SONAR_CM * ranges_m) for ranges_m in episode.ranges_m.T],
+        "contact": _whole(100 * episode.contact).tolist(),
         "people": [
             [steps(columns[:, slot, column]) for column in range(columns.shape[2])]
             for slot in range(columns.shape[1])

@@ -69,7 +69,7 @@ def test_a_replay_plays_and_pauses(browser: Any, page: Path) -> None:
     )
     assert before["time"] == 0.0
     assert after["time"] >= 3.0
-    assert len(before["pictures"]) == 3
+    assert len(before["pictures"]) == 4  # two maps, speed, reward
     assert not set(before["pictures"]) & set(after["pictures"])
     assert paused == after
     assert browser.complaints == []
@@ -150,7 +150,8 @@ def test_few_policies_are_shown_until_all_are_asked_for(
         KEY
         + """
         const states = [counts()];
-        for (const button of [document.querySelector('.key [aria-pressed="false"]'), all, all]) {
+        const away = document.querySelector('.key [data-name][aria-pressed="false"]');
+        for (const button of [away, all, all]) {
           button.click();
           await wait(100);
           states.push(counts());
@@ -257,7 +258,10 @@ def test_space_and_arrow_keys_drive_the_player(browser: Any, page: Path) -> None
         browser,
         """
         while (player.hidden) await wait(20);
-        const press = (key) => player.dispatchEvent(new KeyboardEvent("keydown", { key }));
+        player.focus();
+        const press = (key) => document.activeElement.dispatchEvent(
+          new KeyboardEvent("keydown", { key, bubbles: true }),
+        );
         const start = state().time;
         for (let k = 0; k < 5; k += 1) press("ArrowRight");
         press("ArrowLeft");

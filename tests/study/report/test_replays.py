@@ -49,6 +49,9 @@ def test_what_is_written_is_read(study: page.Study, replays: list[Replay]) -> No
         assert run is not None
         np.testing.assert_array_equal(found.runs[name].people, run.people)
         np.testing.assert_array_equal(found.runs[name].pose, run.pose)
+        np.testing.assert_array_equal(found.runs[name].ranges_m, run.ranges_m)
+        np.testing.assert_array_equal(found.runs[name].earned, run.earned)
+        np.testing.assert_array_equal(found.runs[name].contact, run.contact)
         assert found.runs[name].outcome == run.outcome
 
 
@@ -61,7 +64,7 @@ def test_a_drive_without_people_is_read_as_one(replays: list[Replay]) -> None:
     assert again.walls.shape == (0, 4)
 
 
-@pytest.mark.parametrize("column", ["scenario_set", "pose", "instants", "is_recorded"])
+@pytest.mark.parametrize("column", ["scenario_set", "pose", "instants", "sonar", "is_recorded"])
 def test_other_rows_are_refused(replays: list[Replay], column: str) -> None:
     rows = pd.DataFrame(list(rows_of(Replays({"Crossing": replays}, {}))))
     with pytest.raises(ValueError, match="replays"):
@@ -83,7 +86,10 @@ def test_packed_replays_are_the_episodes_to_the_centimetre(replays: list[Replay]
     episode = replays[0].runs[policy]
     assert run["dt_s"] == 0.1
     np.testing.assert_allclose(np.cumsum(run["x"]), 100 * episode.pose[:, 0], atol=0.5)
-    np.testing.assert_allclose(np.cumsum(run["speed"]), 100 * episode.speed_mps, atol=0.5)
+    np.testing.assert_allclose(np.cumsum(run["speed"]), 1000 * episode.speed_mps, atol=0.5)
+    np.testing.assert_allclose(np.cumsum(run["earned"]), 100 * episode.earned, atol=0.5)
+    sonar_cm = content["sonar_cm"] * np.cumsum(run["sonar"], axis=1).T
+    np.testing.assert_allclose(sonar_cm, 100 * episode.ranges_m, atol=content["sonar_cm"] / 2)
     someone_x = np.cumsum(run["people"][0][0])
     is_seen = someone_x < content["nobody"]
     expected = 100 * episode.people[:, 0, X]

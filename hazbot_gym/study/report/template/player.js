@@ -1,5 +1,5 @@
 "use strict";
-// Replays two policies on one scenario. Lengths are centimetres, angles degrees, times seconds.
+// Replays two policies on one scenario. Lengths are centimetres, angles degrees, speeds mm/s.
 (async () => {
   if (!("DecompressionStream" in window)) return;
   const MAX_HEIGHT = 420; // of a scene, in CSS pixels
@@ -15,7 +15,11 @@
   const scrub = document.getElementById("scrub");
   const clock = document.getElementById("clock");
   const rate = document.getElementById("rate");
-  const trace = document.getElementById("trace");
+  const dark = window.matchMedia("(prefers-color-scheme: dark)");
+  const strips = [
+    { canvas: document.getElementById("speed"), title: "speed [m/s]", unit: 1e-3, values: (run) => run.speed },
+    { canvas: document.getElementById("earned"), title: "cumulated reward", unit: 1e-2, values: (run) => run.earned },
+  ];
   const panels = [...player.querySelectorAll(".panel")].map((panel) => ({
     select: panel.querySelector("select"),
     canvas: panel.querySelector("canvas"),
@@ -47,7 +51,9 @@
 
   const replay = () => data.sets[setSelect.value][episodeSelect.selectedIndex];
   const runOf = (panel) => replay().runs[panel.select.value];
-  const lookOf = (panel) => looks[panel.select.value];
+  const dashOf = (panel) => looks[panel.select.value].dash.split(" ").filter(Boolean).map(Number);
+  const colorOf = (panel) => looks[panel.select.value][dark.matches ? "dark" : "color"];
+  const paint = (name) => getComputedStyle(player).getPropertyValue(name);
   const duration = (run) => (run.x.length - 1) * run.dt_s;
   const horizon = () => Math.max(...panels.map((panel) => duration(runOf(panel))));
 
@@ -78,10 +84,46 @@
     const index = Math.min(time / run.dt_s, run.x.length - 1);
     const people = peopleAt(run, index);
     drawZones(context, people);
+    drawBeams(context, run, index, panel);
     drawPlace(context, scale);
     drawTrail(context, run, index, panel);
     people.forEach((person) => drawPerson(context, person));
     drawRobot(context, run, index, panel);
+    if (run.contact.length) drawCross(context, ...run.contact, Math.max(14, 6 / scale), time < duration(run));
+  }
+
+  /** Draw the readings of the sonar: a cone each, with an arc where there is an echo. */
+  function drawBeams(context, run, index, panel) {
+    const { half_cone: half, mount, range, axes } = replay().sonar;
+    const [x, y] = [at(run.x, index, 50), at(run.y, index, 50)];
+    const heading = (at(run.heading, index, 90) * Math.PI) / 180;
+    axes.forEach((axis, i) => {
+      const readings = numbers(run.sonar[i]);
+      const reading = readings[Math.min(Math.floor(index), readings.length - 1)];
+      const angle = heading + axis;
+      const from = [x + mount * Math.cos(angle), y + mount * Math.sin(angle)];
+      const arc = [...from, reading * data.sonar_cm, angle - half, angle + half];
+      context.beginPath();
+      context.moveTo(...from);
+      context.arc(...arc);
+      context.fillStyle = `${colorOf(panel)}1f`;
+      context.fill();
+      if (reading >= range) return;
+      context.beginPath();
+      context.arc(...arc);
+      context.strokeStyle = colorOf(panel);
+      context.lineWidth = 5;
+      context.stroke();
+    });
+  }
+
+  /** Draw the mark of a contact, faint while it is still to come. */
+  function drawCross(context, x, y, size, isLater) {
+    context.globalAlpha = isLater ? 0.4 : 1;
+    for (const side of [-1, 1]) {
+      line(context, [[x - size, y - side * size], [x + size, y + side * size]], paint("--alarm"), size / 2.5);
+    }
+    context.globalAlpha = 1;
   }
 
   function peopleAt(run, index) {
@@ -126,18 +168,18 @@
 
   function drawPlace(context, scale) {
     const { path, walls } = replay();
-    line(context, path, "#9aa3ac", 1 / scale, [20, 20]);
+    line(context, path, paint("--edge"), 1 / scale, [20, 20]);
     disc(context, ...path[path.length - 1], 12);
     context.stroke();
     for (const [x1, y1, x2, y2] of walls) {
-      line(context, [[x1, y1], [x2, y2]], "#1c2127", Math.max(8, 2 / scale));
+      line(context, [[x1, y1], [x2, y2]], paint("--ink"), Math.max(8, 2 / scale));
     }
   }
 
   function drawTrail(context, run, index, panel) {
     const [x, y] = [numbers(run.x), numbers(run.y)];
     const points = x.slice(0, Math.floor(index) + 1).map((value, i) => [value, y[i]]);
-    line(context, points, `${lookOf(panel).color}66`, 5);
+    line(context, points, `${colorOf(panel)}66`, 5);
   }
 
   function drawPerson(context, [x, y, heading]) {
@@ -164,55 +206,66 @@
     context.translate(at(run.x, index, 50), at(run.y, index, 50));
     context.rotate((at(run.heading, index, 90) * Math.PI) / 180);
     disc(context, 0, 0, radius - 2);
-    context.fillStyle = "#ffffff";
+    context.fillStyle = paint("--paper");
     context.fill();
-    context.strokeStyle = lookOf(panel).color;
+    context.strokeStyle = colorOf(panel);
     context.lineWidth = 5;
     context.stroke();
     context.beginPath();
     context.moveTo(0.75 * radius, 0);
     context.lineTo(0, 0.45 * radius);
     context.lineTo(0, -0.45 * radius);
-    context.fillStyle = lookOf(panel).color;
+    context.fillStyle = colorOf(panel);
     context.fill();
     context.restore();
   }
 
-  function drawTrace() {
-    const [width, height, left, base] = [trace.clientWidth, 160, 40, 132];
-    const context = begin(trace, width, height);
+  /** Return the distance of the ticks of an axis: 1, 2 or 5 times a power of ten. */
+  function spacing(extent) {
+    const power = 10 ** Math.floor(Math.log10(extent / 3));
+    return power * [5, 2, 1].find((factor) => factor * power * 2.5 <= extent);
+  }
+
+  /** Draw a quantity of both drives over time, in its unit. */
+  function drawStrip({ canvas, title, unit, values }) {
+    const [width, height, left, top, base] = [canvas.clientWidth, 150, 44, 24, 122];
+    const context = begin(canvas, width, height);
     const runs = panels.map(runOf);
-    const top = Math.max(10, ...runs.flatMap((run) => numbers(run.speed)));
+    const all = runs.flatMap((run) => numbers(values(run)));
+    const low = Math.min(0, ...all) * unit;
+    const high = Math.max(0.1, Math.max(...all) * unit);
     const px = (seconds) => left + (seconds / horizon()) * (width - left - 8);
-    const py = (speed) => base - (speed / top) * (base - 24);
+    const py = (value) => base - ((value - low) / (high - low)) * (base - top);
+    const step = spacing(high - low);
     context.font = "12px system-ui, sans-serif";
-    context.fillStyle = "#5c6670";
+    context.fillStyle = paint("--soft");
     context.textAlign = "right";
-    for (let speed = 0; speed <= top; speed += 25) {
-      line(context, [[left, py(speed)], [width - 8, py(speed)]], "#e4e7ea", 1);
-      context.fillText((speed / 100).toFixed(2), left - 6, py(speed) + 4);
+    for (let k = Math.ceil(low / step); k * step <= high; k += 1) {
+      line(context, [[left, py(k * step)], [width - 8, py(k * step)]], paint("--line"), 1);
+      context.fillText(Number((k * step).toPrecision(3)), left - 6, py(k * step) + 4);
     }
     context.textAlign = "center";
-    for (let tick = 0; px(tick) < width - 24; tick += 10) context.fillText(tick, px(tick), base + 22);
-    context.textAlign = "right";
-    context.fillText("m/s", left - 6, 11);
-    context.fillText("s", width - 1, base + 22);
+    for (let tick = 0; px(tick) < width - 24; tick += 10) context.fillText(tick, px(tick), base + 20);
+    context.fillText("s", width - 8, base + 20);
+    context.textAlign = "left";
+    context.fillText(title, 0, 12);
     panels.forEach((panel, i) => {
-      const points = numbers(runs[i].speed).map((speed, k) => [px(k * runs[i].dt_s), py(speed)]);
-      const dash = lookOf(panel).dash.split(" ").filter(Boolean).map(Number);
-      line(context, points, lookOf(panel).color, 2, dash);
+      const points = numbers(values(runs[i])).map((value, k) => [px(k * runs[i].dt_s), py(value * unit)]);
+      line(context, points, colorOf(panel), 2, dashOf(panel));
+      const [end] = points.slice(-1);
+      if (runs[i].contact.length) drawCross(context, ...end, 6, time < duration(runs[i]));
     });
-    line(context, [[px(time), 18], [px(time), base]], "#1c2127", 1);
+    line(context, [[px(time), top - 6], [px(time), base]], paint("--ink"), 1);
   }
 
   function draw() {
     panels.forEach(drawScene);
-    drawTrace();
+    strips.forEach(drawStrip);
     clock.textContent = `${time.toFixed(1)} s`;
     scrub.value = time;
     panels.forEach((panel) => {
       const run = runOf(panel);
-      const speed = at(run.speed, Math.min(time / run.dt_s, run.speed.length - 1), 100) / 100;
+      const speed = at(run.speed, Math.min(time / run.dt_s, run.speed.length - 1), 1000) / 1000;
       panel.end.textContent = time < duration(run) ? `${Math.abs(speed).toFixed(2)} m/s` : run.end;
     });
   }
@@ -267,6 +320,7 @@
     draw();
   });
   window.addEventListener("resize", draw);
+  dark.addEventListener("change", draw);
   player.addEventListener("keydown", (event) => {
     const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
     const isChoosing = event.target.matches("select, button");

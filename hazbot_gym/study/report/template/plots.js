@@ -11,7 +11,7 @@
   };
   hideInTables();
   const library = document.createElement("script");
-  library.textContent = await inflate("plotly");
+  library.textContent = await inflate("plotly", "gzip");
   document.head.append(library);
   const plots = JSON.parse(await inflate("plot-data"));
   const config = { responsive: true, displaylogo: false, displayModeBar: false, scrollZoom: false };
