@@ -2,9 +2,10 @@
 
     D(d, phi) = D_0 + (1 - D_0) min(1, exp(-(d - d_c) / (L exp(a cos phi))))
 
-with the distance d between the centers of the robot and the nearest person, the robot's bearing phi
-as seen by this person (0 if the person faces the robot), the discomfort D_0 far from all people,
-the distance d_c of full discomfort, the decay length L, and the effect a of the direction.
+with the distance d between the centers of the robot and a person, the robot's bearing phi as seen
+by this person (0 if the person faces the robot), the discomfort D_0 far from all people, the
+distance d_c of full discomfort, the decay length L, and the effect a of the direction. Among
+several people the largest D counts.
 
 Every rater has the same weight. Variants with fewer and more effects are compared by predictions
 for raters not fitted on; intervals are percentiles of a bootstrap over raters.
@@ -49,21 +50,6 @@ class Curve(NamedTuple):
     others: float = 0.0  # weight of the people who are not nearest
 
 
-class Variant(NamedTuple):
-    """A model of the ratings with some effects."""
-
-    name: str
-    constants: int  # number of fitted constants, the first of ``Curve``
-
-
-VARIANTS = (
-    Variant("distance", 3),
-    Variant("distance and direction", 4),
-    Variant("distance, direction and other people", 5),
-)
-CHOSEN = VARIANTS[1]
-
-
 def nearness(curve: Curve, distance_m: Floats, facing: Floats) -> Floats:
     """Return the discomfort caused by a person, without the floor, in [0, 1]; same shape."""
     length_m = curve.length_m * np.exp(curve.direction * facing)
@@ -72,7 +58,13 @@ def nearness(curve: Curve, distance_m: Floats, facing: Floats) -> Floats:
     return np.minimum(decayed, 1.0)
 
 
-def discomfort(curve: Curve, distance_m: Floats, facing: Floats) -> Floats:
+def of_strongest(curve: Curve, distance_m: Floats, facing: Floats) -> Floats:
+    """Return the discomfort among people (S, P), the largest that a person causes: (S,)."""
+    total: Floats = curve.floor + (1.0 - curve.floor) * nearness(curve, distance_m, facing).max(1)
+    return total
+
+
+def of_nearest(curve: Curve, distance_m: Floats, facing: Floats) -> Floats:
     """Return the discomfort among people (S, P), the nearest first: (S,).
 
     People who are not nearest count with the exponent ``others``: with 1 as much as the nearest,
@@ -84,13 +76,30 @@ def discomfort(curve: Curve, distance_m: Floats, facing: Floats) -> Floats:
     return total
 
 
+class Variant(NamedTuple):
+    """A model of the ratings with some effects."""
+
+    name: str
+    discomfort: Callable[[Curve, Floats, Floats], Floats]
+    constants: int  # number of fitted constants, the first of ``Curve``
+
+
+VARIANTS = (
+    Variant("nearest person", of_nearest, 3),
+    Variant("nearest person, with direction", of_nearest, 4),
+    Variant("nearest and other people, with direction", of_nearest, 5),
+    Variant("strongest person, with direction", of_strongest, 4),
+)
+ALL_PEOPLE, CHOSEN = VARIANTS[2:]
+
+
 def fit(ratings: Ratings, variant: Variant = CHOSEN) -> Curve:
     """Return the curve of least squared error, every rater with the same weight."""
     names, rater = np.unique(ratings.raters, return_inverse=True)
     weights = 1.0 / np.sqrt(np.bincount(rater)[rater] * len(names))
 
     def errors(constants: Floats) -> Floats:
-        model = discomfort(Curve(*constants), ratings.distance_m, ratings.facing)
+        model = variant.discomfort(Curve(*constants), ratings.distance_m, ratings.facing)
         return weights * (model - ratings.discomfort)
 
     found = least_squares(errors, START[: variant.constants])
@@ -103,7 +112,7 @@ def error_on_others(ratings: Ratings, variant: Variant) -> float:
     for rater in np.unique(ratings.raters):
         test = ratings.where(ratings.raters == rater)
         curve = fit(ratings.where(ratings.raters != rater), variant)
-        model = discomfort(curve, test.distance_m, test.facing)
+        model = variant.discomfort(curve, test.distance_m, test.facing)
         squares.append(np.mean((model - test.discomfort) ** 2))
     return float(np.sqrt(np.mean(squares)))
 
@@ -113,14 +122,11 @@ def bootstrap(
 ) -> list[Curve]:
     """Return the curves of resampled raters."""
     rng, curves = np.random.default_rng(seed), []
-    nearest = ratings._replace(  # others have no weight in the chosen variant
-        distance_m=ratings.distance_m[:, :1], facing=ratings.facing[:, :1]
-    )
     names = np.unique(ratings.raters)
     rows = {name: np.flatnonzero(ratings.raters == name) for name in names}
     for _ in range(draws):
         drawn = rng.choice(names, len(names))
-        chosen = nearest.where(np.concatenate([rows[name] for name in drawn]))
+        chosen = ratings.where(np.concatenate([rows[name] for name in drawn]))
         copies = np.concatenate([np.full(len(rows[name]), str(i)) for i, name in enumerate(drawn)])
         curves.append(fit(chosen._replace(raters=copies)))
         on_progress()
@@ -152,7 +158,7 @@ def report(
             name: _interval([getattr(each, name) for each in curves])
             for name in Curve._fields[: CHOSEN.constants]
         },
-        "others": fit(ratings, VARIANTS[-1]).others,
+        "others": fit(ratings, ALL_PEOPLE).others,
         "error_on_other_raters": {
             variant.name: error_on_others(ratings, variant) for variant in VARIANTS
         },

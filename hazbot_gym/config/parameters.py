@@ -183,6 +183,7 @@ class Config(Section):
     action_type: Literal["continuous", "discrete"] = "continuous"
     max_episode_steps: Annotated[int, Gt(0), Le(MOST_STEPS)] = 600
     arrival_tolerance_m: Annotated[float, Gt(0)] = 0.05  # distance from the path's end that counts
+    nearness: Literal["depth", "discomfort"] = "depth"  # in the reward: depth x v, discomfort x v^2
     clock: Clock = Clock()
     drive: Drive = Drive()
     people: People = People()

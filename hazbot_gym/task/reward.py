@@ -8,18 +8,22 @@ contact at nominal speed, so that ending an episode by a crash never pays.
 | term | range | meaning |
 |---|---|---|
 | progress | [0, 1] | reference point's advance in the decision / the advance at nominal speed |
-| intrusion | [0, 1] | deepest intrusion into a personal space x the robot's speed / nominal speed |
+| intrusion | [0, 1] | nearness to people x the robot's speed / nominal speed, by ``nearness`` |
 | tracking | [0, 1] | cross-track and heading error, squared, 1 at 0.3 m or 0.5 rad |
 | smoothness | [0, 1] | squared change of the commanded speed / nominal speed |
 | burden | [0, 1] | largest relative loss of a person's desired speed by the robot |
 | contact | [0, 1] | at the end: half for it, half for its speed (1.5 m/s); a fifth if by a person |
 | arrival | [0, 1] | at the end: remaining share of the horizon |
+
+``nearness`` in the config: ``depth``, the deepest intrusion into a personal space x v / v_n, or
+``discomfort``, the largest rated discomfort of a person x (v / v_n)^2.
 """
 
 from __future__ import annotations
 
 import math
 
+from hazbot_gym.core.discomfort import discomfort, facing
 from hazbot_gym.core.geometry import clip, norm
 from hazbot_gym.core.jit import lean_kernel, scalar
 from hazbot_gym.core.proxemics import intrusion_depth
@@ -32,7 +36,7 @@ from hazbot_gym.task.outcome import (
     CONTACT_WALL,
     terminate,
 )
-from hazbot_gym.task.step_record import Rules, StepRecord, measure_progress
+from hazbot_gym.task.step_record import DEPTH, Rules, StepRecord, measure_progress
 
 TERMS = ("progress", "intrusion", "tracking", "smoothness", "burden", "contact", "arrival")
 PROGRESS, INTRUSION, TRACKING, SMOOTHNESS, BURDEN, CONTACT, ARRIVAL = range(7)
@@ -55,14 +59,46 @@ def nearest_clearance(robot: RobotRecord, people: Records) -> float:
 
 
 @scalar
-def intrusion(robot: RobotRecord, people: Records, nominal_speed_mps: float) -> float:
-    """Return the deepest intrusion, scaled by the robot's own motion, in [0, 1].
+def nearness(robot: RobotRecord, people: Records, measure: int) -> float:
+    """Return the nearness to people in [0, 1], 0 without people.
+
+    Args:
+        robot: The robot's record.
+        people: (P,) PERSON records.
+        measure: ``DEPTH``, the deepest intrusion into a personal space (``core/proxemics.py``), or
+            ``DISCOMFORT``, the largest rated discomfort (``core/discomfort.py``).
+    """
+    if measure == DEPTH:
+        return intrusion_depth(nearest_clearance(robot, people))
+    largest = 0.0
+    for i in range(people.shape[0]):
+        if people[i].status == PRESENT:
+            x, y = robot.x - people[i].x, robot.y - people[i].y
+            clearance_m = norm(x, y) - people[i].radius - ROBOT_RADIUS_M
+            toward = facing(x, y, people[i].vx, people[i].vy)
+            largest = max(largest, discomfort(clearance_m, toward))
+    return largest
+
+
+@scalar
+def motion(speed_ratio: float, measure: int) -> float:
+    """Return the factor of nearness at a speed relative to the nominal speed, in [0, 1].
+
+    Linear with ``DEPTH``; with ``DISCOMFORT`` quadratic, in proportion to the kinetic energy.
+    """
+    share = clip(abs(speed_ratio), 0.0, 1.0)
+    return share if measure == DEPTH else share * share
+
+
+@scalar
+def intrusion(robot: RobotRecord, people: Records, rules: Rules) -> float:
+    """Return the nearness to people, scaled by the robot's own motion, in [0, 1].
 
     Waiting beside a passing person is free; driving beside one is not, since comfort decreases with
     the robot's speed (Neggers et al. 2022).
     """
-    depth = intrusion_depth(nearest_clearance(robot, people))
-    return depth * clip(abs(robot.v) / nominal_speed_mps, 0.0, 1.0)
+    near = nearness(robot, people, rules.nearness)
+    return near * motion(robot.v / rules.nominal_speed_mps, rules.nearness)
 
 
 @scalar
@@ -90,17 +126,20 @@ def contact_severity(cause: int, speed_mps: float) -> float:
 
 
 @scalar
-def reward_terms(robot: RobotRecord, people: Records, record: StepRecord, out: Floats) -> None:
+def reward_terms(
+    robot: RobotRecord, people: Records, record: StepRecord, rules: Rules, out: Floats
+) -> None:
     """Write the unweighted terms of one decision.
 
     Args:
         robot: The robot's record after the decision.
         people: (P,) PERSON records after the decision.
         record: Record of type ``STEP``, with its outcome.
+        rules: Scales of a decision, and how nearness is measured.
         out: (7,) terms in the order of ``TERMS``, written.
     """
     out[PROGRESS] = clip(record.progress, 0.0, 1.0)
-    out[INTRUSION] = intrusion(robot, people, record.nominal_speed_mps)
+    out[INTRUSION] = intrusion(robot, people, rules)
     out[TRACKING] = tracking_error(robot)
     out[SMOOTHNESS] = min(record.command_change**2, 1.0)
     out[BURDEN] = burden(people)
@@ -147,7 +186,7 @@ def judge(
     """
     measure_progress(record, robot, rules)
     terminate(record, robot, people, path, contact, steps, rules)
-    reward_terms(robot, people, record, terms)
+    reward_terms(robot, people, record, rules, terms)
 
 
 @lean_kernel

@@ -29,7 +29,6 @@ STEP = np.dtype(
         ("command_before_mps", "f8"),  # commanded speed before it
         ("progress", "f8"),  # advance of the reference point / its advance at nominal speed
         ("command_change", "f8"),  # change of the commanded speed / nominal speed
-        ("nominal_speed_mps", "f8"),
         ("outcome", "i8"),  # RUNNING, ARRIVED, ...
         ("cause", "i8"),  # of a contact: BY_ROBOT or BY_PERSON
         ("contact_speed_mps", "f8"),  # relative speed of a contact
@@ -46,20 +45,24 @@ class StepRecord(Protocol):
     command_before_mps: float
     progress: float
     command_change: float
-    nominal_speed_mps: float
     outcome: int
     cause: int
     contact_speed_mps: float
     time_left: float
 
 
+DEPTH, DISCOMFORT = range(2)  # measures of nearness, in the order of ``NEARNESS``
+NEARNESS = ("depth", "discomfort")
+
+
 class Rules(NamedTuple):
-    """Scales of a decision, and when an episode ends."""
+    """Scales of a decision, when an episode ends, and how nearness is measured."""
 
     nominal_speed_mps: float
     decision_s: float
     arrival_tolerance_m: float  # tolerance of arrival at the path's end
     horizon: int  # in decisions
+    nearness: int = DEPTH  # or DISCOMFORT
 
 
 def rules_of(config: Config) -> Rules:
@@ -69,6 +72,7 @@ def rules_of(config: Config) -> Rules:
         decision_s=config.clock.decision_s,
         arrival_tolerance_m=config.arrival_tolerance_m,
         horizon=config.max_episode_steps,
+        nearness=NEARNESS.index(config.nearness),
     )
 
 
@@ -86,6 +90,5 @@ def measure_progress(record: StepRecord, robot: RobotRecord, rules: Rules) -> No
     progress = (s - s_before) / (v_n dt), command change = (v_c - v_c,before) / v_n
     """
     nominal = rules.nominal_speed_mps
-    record.nominal_speed_mps = nominal
     record.progress = (robot.s - record.s_before_m) / (nominal * rules.decision_s)
     record.command_change = (robot.command - record.command_before_mps) / nominal

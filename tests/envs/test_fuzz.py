@@ -112,6 +112,7 @@ configs = st.fixed_dictionaries(
         "tier": st.sampled_from(["sonar", "tracks", "privileged"]),
         "action_type": st.sampled_from(["continuous", "discrete"]),
         "arrival_tolerance_m": numbers(0.02, 0.5),
+        "nearness": st.sampled_from(["depth", "discomfort"]),
         "clock": clocks,
         "drive": drives,
         "people": people,

@@ -206,6 +206,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "another clock": {"clock": {"physics_s": 0.005, "social_s": 0.1, "decision_s": 0.2}},
     "nobody": {"people": {"count": [0, 0]}},
     "crowd": {"people": {"count": [12, 12]}, "place": "intersection"},
+    "discomfort": {"people": {"count": [12, 12]}, "place": "doorway", "nearness": "discomfort"},
     "named scenario": {"scenario": "E*"},
     "circle and human": {"scenario": "circle+human"},
 }

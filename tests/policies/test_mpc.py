@@ -15,7 +15,7 @@ from hazbot_gym.policies import mpc
 from hazbot_gym.policies.mpc import Mpc
 from hazbot_gym.task.observation import LAYOUTS
 from hazbot_gym.task.reward import TERMS, reward_terms
-from hazbot_gym.task.step_record import STEP
+from hazbot_gym.task.step_record import STEP, rules_of
 
 TRACKS = LAYOUTS["tracks"]
 Maker = Callable[..., Any]
@@ -40,12 +40,12 @@ def planned_return(levels: tuple[int, ...], x: float, y: float) -> float:
     robot, people = records(ROBOT, 1).view(np.recarray), records(PERSON, 1).view(np.recarray)
     step, terms, found = records(STEP, 1).view(np.recarray), np.zeros(len(TERMS)), 0.0
     people[0].status, people[0].radius, people[0].x, people[0].y = PRESENT, PERSON_RADIUS_M, x, y
-    step[0].nominal_speed_mps = 0.5
+    rules = rules_of(Config())
     for before, after in itertools.pairwise(levels):
         robot[0].v = 0.1 * after
         robot[0].x += 0.1 * (before + after) / 2 * 0.2
         step[0].progress, step[0].command_change = (before + after) / 10, (after - before) / 5
-        reward_terms(robot[0], people, step[0], terms)
+        reward_terms(robot[0], people, step[0], rules, terms)
         weights = Config().reward
         each = weights.progress * terms[0] + weights.intrusion * terms[1]
         found += each * 2 + weights.smoothness * terms[3]

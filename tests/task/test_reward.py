@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hazbot_gym.config import RewardWeights
+from hazbot_gym.core.discomfort import discomfort
 from hazbot_gym.core.geometry import straight_path
 from hazbot_gym.core.state import (
     GONE,
@@ -24,12 +25,10 @@ from hazbot_gym.core.state import (
 )
 from hazbot_gym.task.outcome import BY_PERSON, BY_ROBOT
 from hazbot_gym.task.reward import TERMS, contact_severity, intrusion, judge_kernel, tracking_error
-from hazbot_gym.task.step_record import STEP, Rules
+from hazbot_gym.task.step_record import DEPTH, DISCOMFORT, STEP, Rules
 
 PATH = straight_path(np.array([[0.0, 0.0], [12.0, 0.0]]))
-RULES = as_record(
-    Rules(nominal_speed_mps=0.5, decision_s=0.1, arrival_tolerance_m=0.05, horizon=100)
-)
+RULES = Rules(nominal_speed_mps=0.5, decision_s=0.1, arrival_tolerance_m=0.05, horizon=100)
 NUMBERS = st.floats(-20.0, 20.0)
 
 
@@ -56,13 +55,15 @@ def judged(
     steps: int = 50,
     progress: float = 0.0,
     command_change: float = 0.0,
+    nearness: int = DEPTH,
 ) -> dict[str, float]:
     record, out = records(STEP, 1), np.full(len(TERMS), np.nan)
     robot = a_robot() if robot is None else robot
     people = records(PERSON, 0) if people is None else people
     record["s_before_m"] = robot["s"] - 0.05 * progress
     record["command_before_mps"] = robot["command"] - 0.5 * command_change
-    judge_kernel(record, robot, people, PATH, contact, steps, RULES, out)
+    rules = as_record(RULES._replace(nearness=nearness))
+    judge_kernel(record, robot, people, PATH, contact, steps, rules, out)
     return dict(zip(TERMS, out.tolist(), strict=True))
 
 
@@ -72,6 +73,7 @@ def judged(
     st.tuples(NUMBERS, NUMBERS),
     st.sampled_from([NO_CONTACT, WALL, 0]),
     st.integers(1, 100),
+    st.sampled_from([DEPTH, DISCOMFORT]),
 )
 def test_every_term_is_within_its_range_whatever_happens(
     state: list[float],
@@ -79,6 +81,7 @@ def test_every_term_is_within_its_range_whatever_happens(
     decision: tuple[float, float],
     contact: int,
     steps: int,
+    nearness: int,
 ) -> None:
     robot = a_robot(**dict(zip(("v", "s", "x_e", "y_e", "theta_e"), state, strict=True)))
     x, vx, vy, blocked = person
@@ -90,6 +93,7 @@ def test_every_term_is_within_its_range_whatever_happens(
         steps=steps,
         progress=decision[0],
         command_change=decision[1],
+        nearness=nearness,
     )
 
     assert tuple(terms) == RewardWeights._fields
@@ -119,13 +123,26 @@ def test_intrusion_takes_nearness_and_the_robots_own_speed(
 
     assert terms["intrusion"] == pytest.approx(expected)
     robot, people = a_robot(v=v).view(np.recarray)[0], somebody(clearance_m).view(np.recarray)
-    assert intrusion(robot, people, 0.5) == pytest.approx(expected)
+    assert intrusion(robot, people, RULES) == pytest.approx(expected)
 
 
 def test_nearest_of_several_people_counts() -> None:
     people = np.concatenate([somebody(1.0), somebody(0.5), somebody(2.0)])
 
     assert judged(people=people)["intrusion"] == pytest.approx((1.2 - 0.5) / 0.75)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25, 0.5, 1.0])
+def test_discomfort_is_charged_with_the_square_of_the_speed(share: float) -> None:
+    terms = judged(a_robot(v=0.5 * share), somebody(0.45, vx=-1.0), nearness=DISCOMFORT)
+    assert terms["intrusion"] == pytest.approx(share**2 * discomfort(0.45, 1.0))
+
+
+def test_largest_discomfort_of_several_people_counts() -> None:
+    leaving, coming = somebody(0.6, vx=1.0), somebody(0.9, vx=-1.0)
+    terms = judged(people=np.concatenate([leaving, coming]), nearness=DISCOMFORT)
+    assert terms["intrusion"] == pytest.approx(discomfort(0.9, 1.0))
+    assert discomfort(0.9, 1.0) > discomfort(0.6, -1.0)
 
 
 @pytest.mark.parametrize("status", [WAITING, GONE])

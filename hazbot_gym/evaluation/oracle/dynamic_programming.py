@@ -29,7 +29,7 @@ import numpy.typing as npt
 from hazbot_gym.config import Config
 from hazbot_gym.core.geometry import nearest_on_segment, norm, path_length, sample_path
 from hazbot_gym.core.jit import lean_kernel, routine, scalar
-from hazbot_gym.core.proxemics import PERSONAL_M, intrusion_depth
+from hazbot_gym.core.proxemics import PERSONAL_M
 from hazbot_gym.core.state import (
     NO_CONTACT,
     PRESENT,
@@ -55,10 +55,12 @@ from hazbot_gym.task.reward import (
     SMOOTHNESS,
     contact_severity,
     intrusion,
+    motion,
     nearest_clearance,
+    nearness,
 )
 from hazbot_gym.task.scenario import Scenario
-from hazbot_gym.task.step_record import Rules, rules_of
+from hazbot_gym.task.step_record import DEPTH, Rules, rules_of
 
 UNIT_TOLERANCE = 1e-6  # of a unit, tolerance between distances and the lattice
 BLOCK = 512  # places processed together
@@ -186,7 +188,7 @@ def _solve(
         robots: (1,) ROBOT record, scratch.
         touched: (P,) PERSON records, scratch.
         values: (2, V, S) of a decision and of the next one, alternating.
-        depths: (2, S) depth of intrusion at each place, likewise.
+        depths: (2, S) nearness to people at each place, likewise.
         near: (S,) whether a contact is possible from there, scratch.
         choices: (T, V, S) best speed, output; (0, V, S) to skip.
     """
@@ -228,17 +230,19 @@ def _look(
     depths: Floats,
     near: npt.NDArray[np.bool_],
 ) -> None:
-    """Write the depth of intrusion at every place, and whether a contact is possible there."""
+    """Write the nearness to people at every place, and whether a contact is possible there."""
+    measure = problem.rules.nearness
+    reach_m = PERSONAL_M if measure == DEPTH else np.inf  # of the term
     for first in range(0, poses.shape[0], BLOCK):
         last = min(first + BLOCK, poses.shape[0]) - 1
         robot.x, robot.y = poses[first, 0], poses[first, 1]
         block_m = norm(poses[last, 0] - poses[first, 0], poses[last, 1] - poses[first, 1])
-        is_far = nearest_clearance(robot, people) > PERSONAL_M + 2.0 * block_m
+        is_far = nearest_clearance(robot, people) > reach_m + 2.0 * block_m
         for s in range(first, last + 1):
             depths[s], near[s] = 0.0, False
             if not is_far:
                 robot.x, robot.y = poses[s, 0], poses[s, 1]
-                depths[s] = intrusion_depth(nearest_clearance(robot, people))
+                depths[s] = nearness(robot, people, measure)
                 near[s] = _may_touch(robot, people, problem)
 
 
@@ -264,7 +268,7 @@ def _may_touch(robot: RobotRecord, people: Records, problem: _Problem) -> bool:
 def reward_of(
     level: int, following: int, lattice: Lattice, weights: Floats, rules: Rules
 ) -> tuple[float, float]:
-    """Return the reward of a decision without people, and its slope over the depth of intrusion.
+    """Return the reward of a decision without people, and its slope over the nearness to people.
 
     The sum of these terms of ``task/reward.py``, written out so that places compile to vector
     instructions.
@@ -273,7 +277,9 @@ def reward_of(
     advance = lattice.ways[level, following] * lattice.unit_m / (nominal_mps * rules.decision_s)
     change = (lattice.speeds_mps[following] - lattice.speeds_mps[level]) / nominal_mps
     sure = weights[PROGRESS] * advance + weights[SMOOTHNESS] * change * change
-    return sure, weights[INTRUSION] * lattice.speeds_mps[following] / nominal_mps
+    return sure, weights[INTRUSION] * motion(
+        lattice.speeds_mps[following] / nominal_mps, rules.nearness
+    )
 
 
 @scalar
@@ -290,7 +296,7 @@ def _improve(
         problem: What is asked.
         lattice: Speeds and ways.
         weights: (7,) of the reward terms.
-        depths: (S,) depth of intrusion after the decision.
+        depths: (S,) nearness to people after the decision.
         values: (V, S) after the decision.
         best: (S,) written.
     """
@@ -366,7 +372,7 @@ def _touch(
                 - weights[PROGRESS]
                 * not_made_m
                 / (problem.rules.nominal_speed_mps * problem.rules.decision_s)
-                + weights[INTRUSION] * intrusion(robot, touched, problem.rules.nominal_speed_mps)
+                + weights[INTRUSION] * intrusion(robot, touched, problem.rules)
                 + weights[CONTACT] * contact_severity(cause, speed_mps)
             )
             return ended

@@ -10,15 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hazbot_gym.config import Config, make_config
-from hazbot_gym.core.proxemics import intrusion_depth
 from hazbot_gym.core.state import PERSON, PRESENT, ROBOT, ROBOT_RADIUS_M, Floats, records
 from hazbot_gym.envs.vector import CorridorVectorEnv
 from hazbot_gym.evaluation.oracle.dynamic_programming import optimum, reward_of
 from hazbot_gym.evaluation.oracle.headroom import QUIET_DRIVE, headroom_config
 from hazbot_gym.evaluation.oracle.lattice import LEVELS, Lattice, lattice_of
-from hazbot_gym.task.reward import TERMS, reward_terms, total
+from hazbot_gym.task.reward import TERMS, nearness, reward_terms, total
 from hazbot_gym.task.scenario import ScenarioSampler
-from hazbot_gym.task.step_record import STEP, rules_of
+from hazbot_gym.task.step_record import NEARNESS, STEP, rules_of
 from tests.refusals import refused
 
 SHORT = """
@@ -75,9 +74,11 @@ WALKERS = {
 }
 
 
-@pytest.mark.parametrize("who", WALKERS)
-def test_it_is_what_trying_everything_finds(who: str, tmp_path: Path) -> None:
-    config = problem(tmp_path, people={"walkers": WALKERS[who]})
+@pytest.mark.parametrize(
+    ("who", "measure"), [*((who, "depth") for who in WALKERS), ("comes head-on", "discomfort")]
+)
+def test_it_is_what_trying_everything_finds(who: str, measure: str, tmp_path: Path) -> None:
+    config = problem(tmp_path, people={"walkers": WALKERS[who]}, nearness=measure)
     lattice, key = lattice_of(config), key_of(config, 0)
     every = np.array(list(sequences(lattice, config.max_episode_steps))) / (LEVELS - 1)
     assert len(every) > 500
@@ -120,11 +121,13 @@ def test_what_it_cannot_solve(tmp_path: Path) -> None:
         optimum(sluggish, ScenarioSampler(sluggish).draw(0), 0)
 
 
-@given(st.integers(0, LEVELS - 1), st.integers(-1, 1), st.floats(0.0, 2.0))
+@given(
+    st.sampled_from(NEARNESS), st.integers(0, LEVELS - 1), st.integers(-1, 1), st.floats(0.0, 2.0)
+)
 def test_a_decision_without_contact_earns_the_terms_of_the_reward(
-    level: int, change: int, clearance_m: float
+    measure: Any, level: int, change: int, clearance_m: float
 ) -> None:
-    config = Config()
+    config = Config(nearness=measure)
     lattice, rules, weights = lattice_of(config), rules_of(config), np.array(config.reward)
     following = min(max(level + change, 0), LEVELS - 1)
     sure, slope = reward_of(level, following, lattice, weights, rules)
@@ -133,11 +136,10 @@ def test_a_decision_without_contact_earns_the_terms_of_the_reward(
     robot[0].v = lattice.speeds_mps[following]
     people[0].status, people[0].radius = PRESENT, 0.2
     people[0].x = clearance_m + 0.2 + ROBOT_RADIUS_M
-    step[0].nominal_speed_mps = rules.nominal_speed_mps
     way_m = lattice.ways[level, following] * lattice.unit_m
     step[0].progress = way_m / (rules.nominal_speed_mps * rules.decision_s)
     speeds = lattice.speeds_mps
     step[0].command_change = (speeds[following] - speeds[level]) / rules.nominal_speed_mps
-    reward_terms(robot[0], people, step[0], terms)
-    earned = sure + slope * intrusion_depth(clearance_m)
+    reward_terms(robot[0], people, step[0], rules, terms)
+    earned = sure + slope * nearness(robot[0], people, rules.nearness)
     assert earned == pytest.approx(total(terms, weights), abs=1e-9)
