@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
-sys.path[:0] = [str(Path(__file__).parent / "_ext"), str(Path(__file__).parent)]
+DOCS = Path(__file__).parent
+sys.path[:0] = [str(DOCS / "_ext"), str(DOCS)]
 
 from sphinx.util.inspect import TypeAliasForwardRef  # noqa: E402
 
 import hazbot_gym  # noqa: E402
+from hazbot_gym.utils import provenance  # noqa: E402
 
 # Sphinx shows an alias within another type by its repr.
 TypeAliasForwardRef.__repr__ = lambda self: self.name  # type: ignore[method-assign]
@@ -20,7 +23,7 @@ copyright = f"2026, {author}"
 version = release = hazbot_gym.__version__
 
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx_copybutton",
@@ -36,6 +39,16 @@ nitpicky = False
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "fieldlist"]
 myst_heading_anchors = 3
 html_math_renderer = "mathml"
+
+# Notebooks are committed without outputs and run in a temporary folder when the site is built; what
+# an earlier build ran with the same code is kept.
+nb_execution_mode = "cache"
+nb_execution_cache_path = str(DOCS / "_build" / "notebooks" / provenance.stamp())
+nb_execution_in_temp = True
+nb_execution_timeout = 240
+nb_execution_raise_on_error = True
+nb_output_stderr = "remove"
+os.environ["MATPLOTLIBRC"] = str(DOCS / "_ext")  # figures that suit the light and the dark theme
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"

@@ -6,6 +6,7 @@ import fcntl
 import functools
 import http.server
 import importlib.util
+import json
 import os
 import re
 import shutil
@@ -27,7 +28,16 @@ from hazbot_gym.envs.registration import ENVIRONMENTS
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 DRAWN = DOCS / "_build" / "html" / "_animations"
-NEEDED = ("sphinx", "myst_parser", "furo", "sphinx_copybutton", "sphinx_design", "pygame")
+NEEDED = (
+    "sphinx",
+    "myst_nb",
+    "pyarrow",
+    "stable_baselines3",
+    "furo",
+    "sphinx_copybutton",
+    "sphinx_design",
+    "pygame",
+)
 WIDTHS = (1440, 390)
 
 pytestmark = pytest.mark.slow
@@ -122,6 +132,17 @@ def test_no_internal_link_is_broken_and_nothing_is_loaded_from_elsewhere(site: P
 def test_templates_and_scripts_of_makers_are_not_in_it(site: Path) -> None:
     assert not [page for page in site.rglob("*") if "template" in page.name]
     assert not list(site.rglob("make_*"))
+
+
+def test_tutorials_are_shown_with_outputs_of_this_build(site: Path) -> None:
+    notebooks = sorted((DOCS / "tutorials").glob("*.ipynb"))
+    assert len(notebooks) == 3
+    for notebook in notebooks:
+        committed = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
+        assert not any(cell.get("outputs") for cell in committed)
+        page = (site / "tutorials" / f"{notebook.stem}.html").read_text(encoding="utf-8")
+        assert page.count("cell_output") >= 3
+        assert page.count("<img") >= 1
 
 
 def test_every_environment_is_shown(site: Path) -> None:
