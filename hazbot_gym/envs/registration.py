@@ -12,19 +12,19 @@ NAMESPACE = "hazbot_gym"
 ENVIRONMENTS: dict[str, tuple[str, dict[str, object]]] = {
     "Corridor-v0": ("A corridor with side doors; people of all four patterns.", {}),
     "Crossing-v0": (
-        "Somebody crosses the corridor through the side doors.",
+        "A person crosses the corridor through the side doors.",
         {"people": {"family": "crossing", "count": [1, 3]}},
     ),
     "Encountering-v0": (
-        "Somebody comes the other way and means to pass.",
+        "A person comes the other way and intends to pass.",
         {"people": {"family": "encountering", "count": [1, 3]}},
     ),
     "Leading-v0": (
-        "Somebody slower walks ahead in the same direction.",
+        "A slower person walks ahead in the same direction.",
         {"people": {"family": "leading", "count": [1, 3]}},
     ),
     "Confronting-v0": (
-        "Somebody comes straight at the robot.",
+        "A person comes straight at the robot.",
         {"people": {"family": "confronting", "count": [1, 3]}},
     ),
     "Circle-v0": (
@@ -36,7 +36,7 @@ ENVIRONMENTS: dict[str, tuple[str, dict[str, object]]] = {
         {"place": "intersection", "people": {"family": "crossing", "count": [2, 5]}},
     ),
     "Doorway-v0": (
-        "A doorway that lets one through at a time.",
+        "A doorway wide enough for one at a time.",
         {"place": "doorway", "people": {"family": "encountering", "count": [1, 4]}},
     ),
     "Aisle-v0": (

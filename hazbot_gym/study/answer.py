@@ -15,9 +15,9 @@ from hazbot_gym.study.results import Metrics, SetResults, Summary, mean_return
 
 LEARNED = ("learned", "ppo")  # learned policies of the register
 _COMPARED = (
-    ("time_ratio", "time ratio {:.3f} against {:.3f}", 1),
-    ("kinetic_intrusion_m2", "kinetic intrusion {:.4f} against {:.4f} m²", 1),
-    ("contact_robot_caused", "contacts by the robot {:.2f} against {:.2f} %", 100),
+    ("time_ratio", "the time ratio {:.3f} against {:.3f}", 1),
+    ("kinetic_intrusion_m2", "the kinetic intrusion {:.4f} against {:.4f} m²", 1),
+    ("contact_robot_caused", "the share of contacts by the robot {:.2f} against {:.2f} %", 100),
 )
 
 
@@ -33,19 +33,29 @@ def answer(summary: Summary, study: StudyConfig) -> str:
 def verdict(summary: Summary, study: StudyConfig) -> list[str]:
     """Return the same in three sentences: the sets, the figures, and the optimal policies."""
     best = _best_learned(summary, study)
-    optimal = pareto_optimal(headline(summary).policies)
-    pareto = f"Pareto-optimal in time ratio and kinetic intrusion: {', '.join(optimal)}."
-    last = [pareto] if optimal else []
+    last = _optimal(headline(summary).policies)
     if best is None:
         return [answer(summary, study), *last]
-    figures = _figures(summary, study, best)
     where = f"{_claim(study, best)} in {_where(summary, study, best)}."
+    figures = _figures(summary, study, best)
     return [where, f"{figures[0].upper()}{figures[1:]}.", *last]
 
 
 def pareto_optimal(policies: SetResults) -> list[str]:
     """Return the Pareto-optimal policies of a set; empty if that is undefined."""
     return [policy for policy, result in policies.items() if result["dominated_by"] == []]
+
+
+def _optimal(policies: SetResults) -> list[str]:
+    """Return the sentence on Pareto-optimal policies, by the shorter list; none if undefined."""
+    optimal = pareto_optimal(policies)
+    dominated = [policy for policy, result in policies.items() if result["dominated_by"]]
+    named = ", ".join(optimal)
+    if len(dominated) < len(optimal) == len(policies) - len(dominated):
+        named = f"all {len(policies)} policies"
+        if dominated:
+            named += f" but {', '.join(dominated)}"
+    return [f"Pareto-optimal in time ratio and kinetic intrusion: {named}."] if optimal else []
 
 
 def _best_learned(summary: Summary, study: StudyConfig) -> str | None:
@@ -73,8 +83,8 @@ def _figures(summary: Summary, study: StudyConfig, best: str) -> str:
     interval = "no interval from a single scenario"
     if gain["low"] is not None:
         interval = f"{summary['confidence']:.0%} interval {gain['low']:.2f} to {gain['high']:.2f}"
-    metrics = ", ".join(_metrics(ours["metrics"], theirs["metrics"]))
-    return f"{first.name}: return {gain['mean']:+.2f} ({interval}), {metrics}"
+    difference = f"{first.name}: the difference in return is {gain['mean']:+.2f} ({interval})"
+    return ", ".join([difference, *_metrics(ours["metrics"], theirs["metrics"])])
 
 
 def learned(study: StudyConfig) -> list[str]:
@@ -98,11 +108,11 @@ def _where(summary: Summary, study: StudyConfig, policy: str) -> str:
     }
     better = [name for name, (low, _) in known.items() if low > 0.0]
     worse = [name for name, (_, high) in known.items() if high < 0.0]
-    parts = [f"{len(better)} of {len(gains)} set{'s' if len(gains) > 1 else ''}"]
+    parts = [f"{len(better)} of {len(gains)} scenario set{'s' if len(gains) > 1 else ''}"]
     if 0 < len(better) < len(gains):
         parts[0] += f" ({', '.join(better)})"
     if worse:
-        parts.append(f"less in {len(worse)} ({', '.join(worse)})")
+        parts.append(f"a lower one in {len(worse)} ({', '.join(worse)})")
     if len(gains) > len(better) + len(worse):
         single = len(gains) - len(known)
         note = f" ({single} with a single scenario)" if single else ""

@@ -63,6 +63,13 @@ def test_the_verdict_is_three_sentences() -> None:
     says(pareto, "Pareto ... ttc, ppo")
 
 
+def test_where_few_policies_are_dominated_the_verdict_names_these() -> None:
+    found = summary()
+    for policy, result in found["sets"]["all sets"].items():
+        result["dominated_by"] = ["ppo"] if policy == "ttc" else []
+    says(verdict(found, STUDY)[-1], "Pareto ... all 4 ... but ttc")
+
+
 def test_where_no_policy_is_known_to_be_optimal_the_verdict_names_none() -> None:
     assert not any("Pareto" in sentence for sentence in verdict(summary(), STUDY))
 

@@ -32,7 +32,8 @@ INK, SOFT, GRID, FRONT = "#1c2127", "#5c6670", "#e4e7ea", "#8b9096"
 SHADES = {INK: "#e6e9ec", SOFT: "#a3adb6", GRID: "#343b42", FRONT: "#8b9096"}  # on dark paper
 CLEAR = "rgba(0,0,0,0)"
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
-LOGARITHMIC = {"type": "log", "dtick": "D2"}  # with labels at 1, 2 and 5
+TICKS = [float(f"{digit}e{power}") for power in range(-6, 4) for digit in (1, 2, 5)]
+LOGARITHMIC = {"type": "log", "tickvals": TICKS, "ticktext": [f"{tick:g}" for tick in TICKS]}
 WIDE = 10.0  # ratio of intrusions above which their axis is logarithmic
 MARKED = 8  # points with a mark on a line
 EVERY = 5  # instants between two points of a distance plot
@@ -94,12 +95,12 @@ def front(block: SetResults, looks: Styles) -> Figure:
             name=policy,
             mode="markers+text" if look.is_swept else "markers",
             text=[policy.partition(":")[2] or policy],
-            textposition="top right",
+            textposition="top left" if [point["mean"]] == swept[-1:] else "top right",
             textfont={"color": SOFT, "size": 12},
             marker={"color": look.color, "symbol": look.mark + hollow, "size": 11},
             hovertemplate="time ratio %{x:.3f}<br>kinetic intrusion %{y:.4f} m²",
         )
-    figure.update_xaxes(title="time ratio (1: as if alone)")
+    figure.update_xaxes(title="time ratio (1: as without people)")
     intrusions = [point["mean"][1] for point in known.values()]
     is_wide = min(intrusions, default=0.0) > 0.0 and max(intrusions) > WIDE * min(intrusions)
     scale = LOGARITHMIC if is_wide else {"rangemode": "tozero"}
@@ -130,7 +131,7 @@ def families(block: dict[str, Family]) -> Figure:
             text=[each["policy"] for each in points],
             hovertemplate="%{text}<br>time ratio %{x:.3f}<br>kinetic intrusion %{y:.4f} m²",
         )
-    figure.update_xaxes(title="time ratio (1: as if alone)", range=[1.0, 2.5])
+    figure.update_xaxes(title="time ratio (1: as without people)", range=[1.0, 2.5])
     figure.update_yaxes(title="kinetic intrusion [m²]", **LOGARITHMIC)
     return _finish(figure)
 

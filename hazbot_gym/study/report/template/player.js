@@ -18,7 +18,7 @@
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
   const strips = [
     { canvas: document.getElementById("speed"), title: "speed [m/s]", unit: 1e-3, values: (run) => run.speed },
-    { canvas: document.getElementById("earned"), title: "cumulated reward", unit: 1e-2, values: (run) => run.earned },
+    { canvas: document.getElementById("earned"), title: "cumulative reward", unit: 1e-2, values: (run) => run.earned },
   ];
   const panels = [...player.querySelectorAll(".panel")].map((panel) => ({
     select: panel.querySelector("select"),

@@ -43,7 +43,7 @@
     });
     const save = document.createElement("a");
     save.className = "save";
-    save.textContent = "CSV";
+    save.textContent = "Download CSV";
     save.download = "table.csv";
     save.href = "#";
     save.addEventListener("click", () => {
