@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 
 TOLERANCE = 1e-6  # tolerance of reproduced metrics, as between the engines
 STEP_M = 0.1  # spacing of path points
+MOST_NAMES = 3  # policies named beside an episode
 Heard = tuple[Episode, Row, Floats]  # an episode, its labels, and the readings of its sonar
 
 
@@ -106,7 +107,11 @@ def choose_worst(rows: pd.DataFrame, policies: Sequence[str]) -> dict[int, str]:
     for policy in policies:
         mine = rows[rows["policy"] == policy]
         whose.setdefault(int(mine["episode"].loc[mine["return"].idxmin()]), []).append(policy)
-    return {episode: f"worst of {', '.join(names)}" for episode, names in whose.items()}
+    named = {
+        episode: ", ".join(names) if len(names) <= MOST_NAMES else f"{len(names)} policies"
+        for episode, names in whose.items()
+    }
+    return {episode: f"worst of {names}" for episode, names in named.items()}
 
 
 def _beside_best(

@@ -82,6 +82,11 @@ def test_the_worst_episode_of_each_policy_says_whose_it_is() -> None:
     assert choose_worst(rows, ["a", "b"]) == {1: "worst of a, b"}
 
 
+def test_the_worst_episode_of_many_policies_says_of_how_many() -> None:
+    rows = pd.DataFrame({"policy": list("abcd"), "episode": 0, "return": 1.0})
+    assert choose_worst(rows, list("abcd")) == {0: "worst of 4 policies"}
+
+
 def test_worst_episodes_are_of_the_headlines_sets(study: page.Study) -> None:
     found = {each.scenarios.name: each.episodes for each in choices(study.config, study.rows, None)}
     assert list(found) == ["E*", "Crossing", "Corridor"]
