@@ -7,7 +7,7 @@ import json
 import zipfile
 import zlib
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations
 from hazbot_gym.policies.layer import Layer
 from hazbot_gym.policies.lstm import Lstm
 from hazbot_gym.task.action import speed_action
+
+if TYPE_CHECKING:
+    from stable_baselines3.common.base_class import BaseAlgorithm
 
 MOST_TEXT = 64 * 2**20  # maximum bytes of the JSON, which contains the pickles
 
@@ -67,10 +70,10 @@ def actor_of(model: Any, normalize: Any = None) -> Actor:
     layers, activation = _chain(modules)
     has_statistics = normalize is not None and normalize.norm_obs
     statistics = _normalisation(normalize) if has_statistics else None
-    return _blinkered(Actor(layers, activation, head, statistics, lstm), extractor)
+    return _with_feature_mask(Actor(layers, activation, head, statistics, lstm), extractor)
 
 
-def _blinkered(actor: Actor, extractor: Any) -> Actor:
+def _with_feature_mask(actor: Actor, extractor: Any) -> Actor:
     """Return an actor with zero weights for the entries masked by a model's ``FeatureMask``."""
     kind = type(extractor).__name__
     if kind not in ("FlattenExtractor", "FeatureMask"):
@@ -145,21 +148,22 @@ def load_zip(path: Path) -> Policy:
     return _Model(_checked(_load(loader, path), path))
 
 
-def _load(loader: str, path: Path) -> object:
+def _load(loader: str, path: Path) -> BaseAlgorithm:
     package, _, algorithm = loader.partition(":")
     try:
         library = importlib.import_module(package)
     except ImportError as error:
         raise MissingExtra(package.replace("_", "-"), "train") from error
     try:
-        return getattr(library, algorithm).load(path, device="cpu")
+        model: BaseAlgorithm = getattr(library, algorithm).load(path, device="cpu")
+        return model
     except Exception as error:  # exceptions of its pickles
         raise InvalidInput(
             f"policy: {str(path)!r} cannot be loaded: {type(error).__name__}: {error}"
         ) from error
 
 
-def _checked(model: Any, path: Path) -> Any:
+def _checked(model: BaseAlgorithm, path: Path) -> BaseAlgorithm:
     """Return the model if it has flat observations and finite weights, else raise."""
     if len(model.observation_space.shape or ()) != 1:
         raise InvalidInput(
@@ -173,8 +177,9 @@ def _checked(model: Any, path: Path) -> Any:
 class _Model(Guarded):
     """An SB3 model as a policy, with discrete levels mapped to continuous actions."""
 
-    def __init__(self, model: Any) -> None:
+    def __init__(self, model: BaseAlgorithm) -> None:
         self._model = model
+        (self._width,) = model.observation_space.shape or ()
 
     def act(
         self, observation: Observations, state: object, starts: Flags | None, deterministic: bool
@@ -182,11 +187,10 @@ class _Model(Guarded):
         """Return the model's action and its state, rows first; see ``Guarded.act``."""
         if not deterministic:
             raise InvalidInput("deterministic: given False, a trained policy allows only True")
-        width = self._model.observation_space.shape[0]
-        if np.shape(observation)[-1] != width:
+        if np.shape(observation)[-1] != self._width:
             raise InvalidInput(
                 f"tier: given observations of {np.shape(observation)[-1]} entries, this policy was "
-                f"trained on {width}"
+                f"trained on {self._width}"
             )
         action, state = self._model.predict(
             observation, _rows_second(state), starts, deterministic=True
