@@ -1,12 +1,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from hazbot_gym.cli import app
+from hazbot_gym.config import make_config
 from hazbot_gym.evaluation.oracle import headroom
 from hazbot_gym.evaluation.oracle.headroom_report import family_rows
 from hazbot_gym.policies.sweeps import sweep
@@ -14,11 +16,12 @@ from hazbot_gym.utils.files import read_json
 from tests.refusals import says
 
 RECORD = Path(__file__).parents[3] / "benchmarks" / "headroom.json"
+SHORT: dict[str, Any] = {"place_options": {"length_m": 5.0}, "max_episode_steps": 250}
 
 
 @pytest.mark.parametrize("name", ["Crossing-v0", "Leading-v0"])
 def test_the_optimum_bounds_every_policy(name: str) -> None:
-    config, episodes = headroom.headroom_config(name), 3
+    config, episodes = make_config(headroom.headroom_config(name), **SHORT), 3
     _, keys = headroom.play(config, "constant:1.0", episodes)
     best = headroom.best_returns(config, keys)
     specs = [spec for family in ("constant", *headroom.RULES) for spec in sweep(family)[::6]]
