@@ -9,7 +9,15 @@ import pytest
 from gymnasium import wrappers
 
 ROOT = Path(__file__).parents[2]
-PAGES = ("README.md", "docs/quickstart.md", "docs/own_policy.md", "docs/clients.md")
+PAGES = (
+    "README.md",
+    "docs/quickstart.md",
+    "docs/own_policy.md",
+    "docs/own_reward.md",
+    "docs/curriculum.md",
+    "docs/robot.md",
+    "docs/clients.md",
+)
 SNIPPETS = [
     (page, snippet)
     for page in PAGES
@@ -33,7 +41,7 @@ def test_a_snippet_runs_as_it_is_printed(
     for optional in ("torchrl", "minari"):
         if f"from {optional}" in snippet:
             pytest.importorskip(optional)
-    if "train(" in snippet:
+    if "train(" in snippet or "stable_baselines3" in snippet:
         pytest.importorskip("stable_baselines3")
     if "RecordVideo" in snippet and not hasattr(wrappers.vector, "RecordVideo"):
         pytest.skip("before 1.2.3 Gymnasium records no batches")
