@@ -13,8 +13,6 @@ from stable_baselines3.common.vec_env import VecEnvWrapper
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from hazbot_gym import policies
-from hazbot_gym.errors import InvalidInput
-from hazbot_gym.policies.learned import SHIPPED
 from hazbot_gym.training.algorithms import make_model
 from hazbot_gym.training.config import Imitation, TrainConfig, load_training
 from hazbot_gym.training.logging import LEAST_STEPS
@@ -103,32 +101,3 @@ def test_what_is_exported_drives_as_the_pupil(tmp_path: Path) -> None:
 def test_a_teacher_is_there_unless_one_is_named() -> None:
     assert load_training(algorithm="bc").imitation == Imitation()
     assert load_training(algorithm="ppo").imitation is None
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        (
-            {"options": {"beta": 2.0}},
-            "^options.beta: given 2.0, allowed is 0 to 1",
-        ),
-        ({"algorithm": "bc", "options": {"beta": 0.5}}, "^options: bc cannot use them: .*'beta'"),
-        ({"options": {"n_steps": 5}}, "^options.n_steps: unknown key, allowed are beta"),
-        ({"imitation": {"teacher": "nobody"}}, "policy: 'nobody'"),
-        ({"imitation": {"teacher": "my_own:Teacher"}}, "'my_own:Teacher' comes from a file .*code"),
-        ({"imitation": {"teacher": "learned:e.zip"}}, "--allow-pickle"),
-        ({"imitation": {"teacher": f"learned:{SHIPPED / 'ppo_sonar.npz'}"}}, "^tier: given"),
-        ({"overrides": {"action_type": "discrete"}}, "^imitation: given action_type 'discrete'"),
-    ],
-)
-def test_what_cannot_be_taught_is_refused_before_anything_is_written(
-    change: dict[str, Any], said: str, tmp_path: Path
-) -> None:
-    with pytest.raises(InvalidInput, match=said):
-        train(run(**change), tmp_path / "run")
-    assert not (tmp_path / "run").exists()
-
-
-def test_a_pupil_has_no_critic_to_time() -> None:
-    with pytest.raises(InvalidInput, match="^asymmetric_critic: given with algorithm 'dagger'"):
-        run(asymmetric_critic=True)

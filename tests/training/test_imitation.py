@@ -11,7 +11,6 @@ import torch
 
 from hazbot_gym import policies
 from hazbot_gym.envs.vector import CorridorVectorEnv
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.training.config import TrainConfig, load_training
 from hazbot_gym.training.imitation import miss, returns_of
 from hazbot_gym.training.run import train
@@ -71,24 +70,3 @@ def test_equal_seeds_learn_equally(tmp_path: Path) -> None:
     first = "mlp_extractor.policy_net.0.weight"
     assert torch.equal(weights[0][first], weights[1][first])
     assert not torch.equal(weights[0][first], weights[2][first])
-
-
-@pytest.mark.parametrize("change", [{"imitation": {}}, {"asymmetric_critic": True}])
-def test_other_algorithms_refuse_it(change: dict[str, Any]) -> None:
-    with pytest.raises(InvalidInput, match=r"given with algorithm 'sac', allowed (is|are) 'ppo'"):
-        load_training(None, algorithm="sac", **change)
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"imitation": {"teacher": "nobody"}}, "policy: "),
-        ({"overrides": {"action_type": "discrete"}}, "imitation: given action_type 'discrete'"),
-    ],
-)
-def test_a_teacher_that_cannot_teach_is_refused_before_anything_is_written(
-    tmp_path: Path, change: dict[str, Any], said: str
-) -> None:
-    with pytest.raises(InvalidInput, match=said):
-        train(quick(**change), tmp_path / "run")
-    assert not (tmp_path / "run").exists() or not any((tmp_path / "run").iterdir())

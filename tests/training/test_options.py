@@ -6,9 +6,8 @@ from typing import Any
 
 import pytest
 
-from hazbot_gym.errors import InvalidInput
-from hazbot_gym.training.config import load_training
 from hazbot_gym.training.options import check_options
+from tests.refusals import refused
 
 algorithms = pytest.importorskip("hazbot_gym.training.algorithms")
 
@@ -35,19 +34,18 @@ algorithms = pytest.importorskip("hazbot_gym.training.algorithms")
         ("ppo", {"gamma": 1.5}, "options.gamma: given 1.5, allowed is 0 to 1"),
         ("ppo", {"gamma": float("nan")}, "options.gamma: given nan, input should be a finite"),
         ("ppo", {"normalize_advantage": "no"}, "options.normalize_advantage: given 'no', input"),
-        ("ppo", {"target_kl": [0.1]}, "options.target_kl: given .*, input should be a valid num"),
+        ("ppo", {"target_kl": [0.1]}, "options.target_kl: given ... input should be a valid num"),
         ("sac", {"buffer_size": 10**12}, "options.buffer_size: given 1000000000000, allowed is 1"),
         ("td3", {"action_noise": "0.1"}, "options.action_noise: given '0.1', input should be"),
-        ("dqn", {"train_freq": [1, 2]}, "options.train_freq: given .*, input should be"),
+        ("dqn", {"train_freq": [1, 2]}, "options.train_freq: given ... input should be"),
         ("dagger", {"beta": 2.0}, "options.beta: given 2.0, allowed is 0 to 1"),
     ],
 )
 def test_bad_option_is_one_line_that_names_it(
     algorithm: str, options: dict[str, Any], complaint: str
 ) -> None:
-    with pytest.raises(InvalidInput, match=f"^{complaint}") as caught:
+    with refused(complaint):
         check_options(options, algorithms.ALGORITHMS[algorithm], "options")
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -56,8 +54,8 @@ def test_bad_option_is_one_line_that_names_it(
         ({"net_arch": "64"}, "network.net_arch: given '64', input should be"),
         ({"net_arch": [64, 0]}, "network.net_arch: given 0, allowed is 1 to"),
         ({"net_arch": [10**6, 10**6]}, "network.net_arch: given 1000000, allowed is 1 to 8,192"),
-        ({"net_arch": [64, 64.0]}, "network.net_arch: given .*, input should be a valid integer"),
-        ({"net_arch": {"pi": [64], "vf": ["64"]}}, "network.net_arch: given .*, input should be"),
+        ({"net_arch": [64, 64.0]}, "network.net_arch: given ... input should be a valid integer"),
+        ({"net_arch": {"pi": [64], "vf": ["64"]}}, "network.net_arch: given ... input should be"),
         ({"log_std_init": "-2"}, "network.log_std_init: given '-2', input should be a valid num"),
         ({"lr_schedule": 1}, "network.lr_schedule: unknown key, allowed are"),
         ({"net": [64]}, "network.net: unknown key, allowed are full_std, log_std_init, net_arch"),
@@ -65,7 +63,7 @@ def test_bad_option_is_one_line_that_names_it(
 )
 def test_bad_network_is_one_line_that_names_it(network: dict[str, Any], complaint: str) -> None:
     kind = algorithms.ALGORITHMS["ppo"].policy_aliases["MlpPolicy"]
-    with pytest.raises(InvalidInput, match=f"^{complaint}"):
+    with refused(complaint):
         check_options(network, kind, "network")
 
 
@@ -82,9 +80,3 @@ def test_bad_network_is_one_line_that_names_it(network: dict[str, Any], complain
 )
 def test_what_the_algorithms_take_passes(algorithm: str, options: dict[str, Any]) -> None:
     check_options(options, algorithms.ALGORITHMS[algorithm], "options")
-
-
-def test_update_that_fits_no_memory_is_refused() -> None:
-    plan = load_training(worlds=1000, options={"n_steps": 100_000})
-    with pytest.raises(InvalidInput, match="^options.n_steps: 100,000,000 decisions of 1000 wor"):
-        algorithms._check_options(plan, algorithms.ALGORITHMS["ppo"])

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.training import run as training
 from hazbot_gym.training.config import Lagrangian, TrainConfig, load_training
 from hazbot_gym.training.ppo_lagrangian import MultiplierState, PenalizedEnvs, updated
@@ -109,17 +108,3 @@ def test_who_keeps_the_limit_goes_before_who_earns_more() -> None:
     assert max(found, key=lambda each: selection_key(each, 1.0)) == found[1]
     assert max(found[2:], key=lambda each: selection_key(each, 1.0)) == found[2]
     assert max(found, key=lambda each: selection_key(each, None)) == found[2]
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"algorithm": "td3"}, "^lagrangian: given with algorithm 'td3', allowed is 'ppo'"),
-        ({"lagrangian": {}}, "^lagrangian.limit"),
-        ({"lagrangian": {"limit": -1.0}}, "^lagrangian.limit: given -1.0"),
-        ({"lagrangian": {"limit": 1.0, "rate": 0.0}}, "^lagrangian.rate: given 0.0"),
-    ],
-)
-def test_what_cannot_be_a_limit_is_one_line(change: dict[str, Any], said: str) -> None:
-    with pytest.raises(InvalidInput, match=said):
-        run(1.0, 0.0, **change)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from hazbot_gym import policies
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.residual import on_its_base
 from hazbot_gym.task.observation import LAYOUTS
 from hazbot_gym.training.algorithms import make_model
@@ -68,32 +67,3 @@ def test_what_is_exported_drives_as_what_was_trained(algorithm: str, tmp_path: P
     action, _ = policies.make(f"learned:{result.policy}").predict(seen)
     assert action == pytest.approx(trained.predict(seen)[0], abs=1e-5)
     assert action != pytest.approx(policies.make("fuzzy_expert").predict(seen)[0], abs=0.01)
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"residual": {"base": "nobody"}}, "^residual.base: given 'nobody', allowed are constant"),
-        ({"residual": {"base": "ttc:horizon=3"}}, "horizon"),
-        ({"overrides": {"action_type": "discrete"}}, "^residual: given action_type 'discrete'"),
-    ],
-)
-def test_a_base_that_cannot_drive_is_refused_before_anything_is_written(
-    tmp_path: Path, change: dict[str, Any], said: str
-) -> None:
-    with pytest.raises(InvalidInput, match=said):
-        train(run(**change), tmp_path / "run")
-    assert not (tmp_path / "run").exists()
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"algorithm": "sac"}, "^residual: given with algorithm 'sac', allowed are 'ppo'"),
-        ({"imitation": {}}, "^residual: given with imitation, allowed is one of the two"),
-        ({"residual": {"scale": 0.0}}, "^residual.scale: given 0.0"),
-    ],
-)
-def test_what_does_not_go_with_a_base_is_one_line(change: dict[str, Any], said: str) -> None:
-    with pytest.raises(InvalidInput, match=said):
-        run(**change)

@@ -12,13 +12,14 @@ from rich.console import Console
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from hazbot_gym import policies
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import Permissions
+from hazbot_gym.policies.learned import SHIPPED
 from hazbot_gym.training import callbacks, checkpoints
 from hazbot_gym.training.config import STUDENTS, TrainConfig, load_training
 from hazbot_gym.training.run import Result, train
 from hazbot_gym.training.validation import validate
 from hazbot_gym.utils.files import read_json
+from tests.refusals import refused
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 OWN = Permissions(allow_code=True)
@@ -156,9 +157,8 @@ def test_an_edited_place_or_teacher_is_noticed_and_named(
     for path in (place, teacher):
         text = path.read_text()
         path.write_text(text + "# edited\n")
-        with pytest.raises(InvalidInput, match=f"begun with another '.*{path.name}'") as raised:
+        with refused(f"begun with another ... {path.name}"):
             train(run, tmp_path / "run", resume=True, allowed=OWN)
-        assert "\n" not in str(raised.value)
         path.write_text(text)
     train(run, tmp_path / "run", resume=True, allowed=OWN)
 
@@ -178,7 +178,7 @@ def test_a_place_that_is_edited_during_a_run_ends_it_before_a_policy_is_kept(
 
     with monkeypatch.context() as context:
         context.setattr(callbacks, "validate", edited)
-        with pytest.raises(InvalidInput, match="lab.yaml' was edited while the training ran"):
+        with refused("lab.yaml' was edited"):
             train(run, tmp_path / "run")
     assert not (tmp_path / "run" / "policy.npz").exists()
     place.write_text(text)
@@ -299,32 +299,59 @@ def test_a_policy_that_was_removed_and_cannot_be_written_again_is_told_in_one_li
     monkeypatch.setattr(callbacks, "validate", lambda *_: {"return": next(returns)})
     train(tiny(), tmp_path)
     (tmp_path / "policy.npz").unlink()
-    with pytest.raises(
-        InvalidInput, match=r"^out: policy.npz is missing or damaged in .* \(step 1\d\d\)"
-    ) as e:
+    with refused("out: policy.npz ... damaged ... (step 1"):
         train(tiny(), tmp_path, resume=True)
-    assert "\n" not in str(e.value)
 
 
 @pytest.mark.parametrize(
-    ("changes", "complaint"),
+    ("name", "changes", "said"),
     [
-        ({"options": {"n_stepz": 3}}, "^options.n_stepz: unknown key, allowed are batch_size"),
-        ({"options": {"batch_size": 1}}, "^options: ppo cannot use them: `batch_size` must be"),
-        ({"network": {"activation": "elu"}}, "^network.activation: given 'elu', allowed are tanh"),
+        ("ppo", {"options": {"n_stepz": 3}}, "options.n_stepz: unknown key ... batch_size"),
+        ("ppo", {"options": {"batch_size": 1}}, "options: ppo ... `batch_size`"),
         (
-            {"algorithm": "dqn", "options": {}, "network": {}},
-            "^options: dqn cannot use them: .*Discrete",
+            "ppo",
+            {"worlds": 1000, "options": {"n_steps": 100_000}},
+            "options.n_steps: 100,000,000 decisions of 1000 worlds",
         ),
-        ({"env": "CartPole-v1"}, "CartPole-v1"),
-        ({"overrides": {"tier": "radar"}}, "radar"),
-        ({"env": ["hazbot_gym/Corridor-v0"] * 5}, "^worlds: given 4, allowed is 5 or more"),
+        ("ppo", {"network": {"activation": "elu"}}, "network.activation: given 'elu' ... tanh"),
+        ("ppo", {"algorithm": "dqn", "options": {}, "network": {}}, "options: dqn ... Discrete"),
+        ("ppo", {"env": "CartPole-v1"}, "CartPole-v1"),
+        ("ppo", {"overrides": {"tier": "radar"}}, "radar"),
+        ("ppo", {"env": ["hazbot_gym/Corridor-v0"] * 5}, "worlds: given 4, allowed is 5"),
+        ("ppo", {"residual": {"base": "nobody"}}, "residual.base: given 'nobody' ... constant"),
+        ("ppo", {"residual": {"base": "ttc:horizon=3"}}, "horizon"),
+        (
+            "ppo",
+            {"residual": {"base": "ssm"}, "overrides": {"action_type": "discrete"}},
+            "residual: given action_type 'discrete'",
+        ),
+        ("ppo", {"imitation": {"teacher": "nobody"}}, "policy: 'nobody'"),
+        (
+            "ppo",
+            {"imitation": {}, "overrides": {"action_type": "discrete"}},
+            "imitation: given action_type 'discrete'",
+        ),
+        ("dagger", {"options": {"beta": 2.0}}, "options.beta: given 2.0, allowed is 0 to 1"),
+        ("bc", {"options": {"beta": 0.5}}, "options: bc ... 'beta'"),
+        ("dagger", {"options": {"n_steps": 5}}, "options.n_steps: unknown key ... beta"),
+        ("dagger", {"imitation": {"teacher": "nobody"}}, "policy: 'nobody'"),
+        ("dagger", {"imitation": {"teacher": "my_own:Teacher"}}, "'my_own:Teacher' ... code"),
+        ("dagger", {"imitation": {"teacher": "learned:e.zip"}}, "--allow-pickle"),
+        (
+            "dagger",
+            {"imitation": {"teacher": f"learned:{SHIPPED / 'ppo_sonar.npz'}"}},
+            "tier: given",
+        ),
+        (
+            "dagger",
+            {"overrides": {"action_type": "discrete"}},
+            "imitation: given action_type 'discrete'",
+        ),
     ],
 )
 def test_what_cannot_be_trained_is_one_line_and_writes_nothing(
-    changes: dict[str, Any], complaint: str, tmp_path: Path
+    name: str, changes: dict[str, Any], said: str, tmp_path: Path
 ) -> None:
-    with pytest.raises(InvalidInput, match=complaint) as caught:
-        train(tiny(**changes), tmp_path / "run")
-    assert len(str(caught.value).splitlines()) == 1
+    with refused(said):
+        train(tiny(name, **changes), tmp_path / "run")
     assert not (tmp_path / "run").exists()

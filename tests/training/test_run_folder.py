@@ -3,13 +3,11 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-import pytest
-
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.actor_file import read
 from hazbot_gym.policies.learned import SHIPPED
 from hazbot_gym.training.run_folder import MANIFEST, POLICY, RESULT, claim, has_policy, has_result
 from hazbot_gym.utils.files import write_json
+from tests.refusals import refused
 
 
 def test_new_and_empty_folders_can_be_taken(tmp_path: Path) -> None:
@@ -21,18 +19,18 @@ def test_new_and_empty_folders_can_be_taken(tmp_path: Path) -> None:
 def test_one_s_own_run_is_gone_on_with_only_if_that_is_asked(tmp_path: Path) -> None:
     write_json(tmp_path / MANIFEST, {"run": "me"})
     claim(tmp_path, "me", resume=True)
-    with pytest.raises(InvalidInput, match="holds a run already; go on with it by --resume"):
+    with refused("holds a run already ... --resume"):
         claim(tmp_path, "me", resume=False)
 
 
 def test_another_run_and_foreign_files_are_left_alone(tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").write_text("precious")
-    with pytest.raises(InvalidInput, match="holds files that are no run's"):
+    with refused("holds files"):
         claim(tmp_path, "me", resume=True)
     write_json(tmp_path / MANIFEST, {"run": "you"})
-    with pytest.raises(InvalidInput, match=r"holds another run \(you, this one is me\)"):
+    with refused("another run ... you ... me"):
         claim(tmp_path, "me", resume=True)
-    with pytest.raises(InvalidInput, match="is a file"):
+    with refused("is a file"):
         claim(tmp_path / "thesis.tex", "me", resume=True)
 
 

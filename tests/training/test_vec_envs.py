@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from hazbot_gym.envs.corridor import CorridorEnv
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.training.config import TrainConfig
 from hazbot_gym.training.vec_envs import make_envs
+from tests.refusals import refused
 
 LIVELY: dict[str, Any] = {"place": "doorway", "people": {"count": [2, 4]}, "max_episode_steps": 60}
 WORLDS, STEPS = 5, 150
@@ -81,7 +81,7 @@ def test_nothing_single_can_be_changed_or_called() -> None:
     envs = made()
     assert envs.get_attr("render_mode", [0, 4]) == [None, None]
     assert envs.env_is_wrapped(CorridorEnv) == [False] * WORLDS
-    with pytest.raises(InvalidInput, match=r"^set_attr: given 'config'"):
+    with refused("set_attr: given 'config'"):
         envs.set_attr("config", None)
-    with pytest.raises(InvalidInput, match=r"^env_method: given 'snapshot'"):
+    with refused("env_method: given 'snapshot'"):
         envs.env_method("snapshot")
