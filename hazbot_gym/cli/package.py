@@ -24,13 +24,15 @@ def list_all() -> None:
 
 @app.command()
 def bench(
-    quick: Annotated[bool, typer.Option("--quick", help="Rough results within seconds.")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Take seconds, with rough results.")
+    ] = False,
     json_file: JsonFile = None,
     training: Annotated[
         list[Path] | None, typer.Option(help="Training file to measure instead. Repeatable.")
     ] = None,
 ) -> None:
-    """Measure steps per second, beside Gymnasium's CartPole-v1 in the same run; or training."""
+    """Measure steps per second, and CartPole-v1's in the same run, or the speed of training."""
     check_file(json_file)
     if training:
         _bench_training(training, json_file, seeds=1 if quick else None)

@@ -28,14 +28,14 @@ from hazbot_gym.utils import terminal
 def train(
     config: ConfigFile = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder for results. [results/train/NAME of the config]")
+        Path | None, typer.Option(help="Folder of the results; default results/train/NAME.")
     ] = None,
     seed: Annotated[
         int | None, typer.Option(help="Seed of weights, worlds and exploration.")
     ] = None,
-    steps: Annotated[int | None, typer.Option(help="Total decisions.")] = None,
+    steps: Annotated[int | None, typer.Option(help="Number of decisions in total.")] = None,
     engine: Annotated[
-        str | None, typer.Option(help="batched, or pymunk for the reference. [batched]")
+        str | None, typer.Option(help="batched (default), or pymunk, the reference.")
     ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Resume from the last checkpoint in the folder.")
@@ -73,7 +73,7 @@ def evaluate(
     seed: Annotated[int, typer.Option(help="Root of all seeds.")] = 0,
     scenario: ScenarioName = None,
     change: Changes = None,
-    engine: Annotated[str, typer.Option(help="batched, or pymunk for the reference.")] = "batched",
+    engine: Annotated[str, typer.Option(help="batched, or pymunk, the reference.")] = "batched",
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON only.")] = False,
     allow_pickle: AllowPickle = False,
 ) -> None:
@@ -119,7 +119,7 @@ def watch(
     force: Annotated[bool, typer.Option("--force", help="Replace FILE if it exists.")] = False,
     allow_pickle: AllowPickle = False,
 ) -> None:
-    """Watch a policy in a window, or save it. Keys: space, right arrow, r, q."""
+    """Watch a policy in a window, or save it. Space pauses, right arrow steps, r: next, q quits."""
     from hazbot_gym.viewer import watch as viewer
 
     overrides = overrides_of(change, scenario)

@@ -30,8 +30,7 @@ def tracks(
 ) -> None:
     """Check real track files: statistics, and the columns, unit and rate used to read them.
 
-    The options apply to this command only; a JSON beside the file makes them permanent
-    (docs/tracks.md).
+    A JSON file beside the tracks makes these options permanent: see docs/tracks.md.
     """
     from hazbot_gym.calibration import tracks_report
     from hazbot_gym.task.track_files import Options
@@ -45,10 +44,10 @@ def tracks(
 def calibrate(
     tracks: Annotated[Path | None, typer.Option(help="Folder of real tracks.")] = None,
     encounters: Annotated[
-        Path | None, typer.Option(help="File of people who meet a robot, or folder of files.")
+        Path | None, typer.Option(help="File of people's encounters with a robot, or folder.")
     ] = None,
     ratings: Annotated[
-        Path | None, typer.Option(help="Folder of ratings of a robot's nearness.")
+        Path | None, typer.Option(help="Folder of ratings of a robot's proximity.")
     ] = None,
     fit: Annotated[
         list[str] | None,
@@ -60,7 +59,7 @@ def calibrate(
     ] = False,
     json_file: JsonFile = None,
 ) -> None:
-    """Fit people to tracks, their response to the robot to encounters, or discomfort to ratings."""
+    """Fit walking to tracks, responses to the robot to encounters, or discomfort to ratings."""
     sources = {"--tracks": tracks, "--encounters": encounters, "--ratings": ratings}
     given = [name for name, path in sources.items() if path is not None]
     if len(given) != 1:

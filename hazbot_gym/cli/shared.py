@@ -12,20 +12,26 @@ from hazbot_gym.errors import InvalidInput
 # User modules are allowed on the command line, but not in files without --allow-code.
 AllowCode = Annotated[
     bool,
-    typer.Option("--allow-code", help="Allow module:attribute in the file to run your modules."),
+    typer.Option("--allow-code", help="Allow module:attribute in the config to run your modules."),
 ]
 AllowPickle = Annotated[
-    bool, typer.Option("--allow-pickle", help="Allow a learned: .zip to run its pickled code.")
+    bool,
+    typer.Option(
+        "--allow-pickle", help="Allow a policy learned:path=FILE.zip to run its pickled code."
+    ),
 ]
 
 ConfigFile = Annotated[Path | None, typer.Option(help="YAML file of overrides of the defaults.")]
-PolicySpec = Annotated[str, typer.Option(help="name, name:option=value,... or module:attribute.")]
+PolicySpec = Annotated[str, typer.Option(help="NAME, NAME:OPTION=VALUE,... or MODULE:ATTRIBUTE.")]
 EnvId = Annotated[str, typer.Option(help="Environment id.")]
 ScenarioName = Annotated[str | None, typer.Option(help="A named scenario, e.g. E*.")]
 Changes = Annotated[
-    list[str] | None, typer.Option("--set", help="Config value, e.g. people.count=[4,4].")
+    list[str] | None,
+    typer.Option("--set", help="Config value, e.g. people.count=[4,4]. Repeatable."),
 ]
-JsonFile = Annotated[Path | None, typer.Option("--json", help="Also write to FILE.")]
+JsonFile = Annotated[
+    Path | None, typer.Option("--json", help="Also write the results to this file.")
+]
 
 CORRIDOR = "hazbot_gym/Corridor-v0"  # the default environment
 

@@ -26,9 +26,11 @@ from hazbot_gym.utils import terminal
 def study(
     config: ConfigFile = None,
     tracks: Annotated[
-        Path | None, typer.Option(help="Folder of real tracks; adds two sets.")
+        Path | None, typer.Option(help="Folder of real tracks; adds two scenario sets.")
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the results. [results/study]")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; default results/study.")
+    ] = None,
     episodes: Annotated[int | None, typer.Option(help="Episodes per policy and set.")] = None,
     workers: Annotated[
         int | None,
@@ -36,7 +38,7 @@ def study(
     ] = None,
     seed: Annotated[int | None, typer.Option(help="Root of all seeds.")] = None,
     engine: Annotated[
-        str | None, typer.Option(help="batched, or pymunk for the reference. [batched]")
+        str | None, typer.Option(help="batched (default), or pymunk, the reference.")
     ] = None,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report page.")] = False,
     is_verbose: Annotated[
@@ -90,7 +92,7 @@ def tune(
     trials: Annotated[int, typer.Option(help="Number of trials.", min=1, max=100_000)] = 50,
     seed: Annotated[int, typer.Option(help="Seed of the search.", min=0, max=2**64 - 1)] = 0,
     out: Annotated[
-        Path | None, typer.Option(help="File of the record. [results/tune/POLICY.json]")
+        Path | None, typer.Option(help="File of the record; default results/tune/POLICY.json.")
     ] = None,
 ) -> None:
     """Tune a family of rules on validation scenarios. Resumable."""
@@ -142,7 +144,9 @@ def headroom(
 
 @app.command()
 def paper(
-    out: Annotated[Path | None, typer.Option(help="Folder of the results. [results/paper]")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; default results/paper.")
+    ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Fewer seeds, smaller sweeps.")] = False,
     workers: Annotated[
         int | None,
@@ -150,7 +154,7 @@ def paper(
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace older results.")] = False,
 ) -> None:
-    """Reproduce every experiment of the published paper, and report verdicts."""
+    """Reproduce every experiment of the published paper, with a verdict on each number."""
     from hazbot_gym.paper import run, tables
 
     folder = out or Path("results", "paper")

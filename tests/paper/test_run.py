@@ -47,7 +47,7 @@ def test_a_run_leaves_record_page_and_pictures(tmp_path: Path, fake: None) -> No
     assert read_json(tmp_path / "new" / "paper.json") == record
     assert (tmp_path / "new" / "figures" / "it.svg").read_text(encoding="utf-8") == SVG
     page = (tmp_path / "new" / "paper.html").read_text(encoding="utf-8")
-    assert "The paper, run again" in page
+    assert 'id="section-3"' in page
     assert record["verdicts"]["not reproducible"] == 1 + 2  # that one, and what is absent
     assert record["chapters"]["3"] == {"wins": 0.44}
 
