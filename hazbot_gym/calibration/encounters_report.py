@@ -73,7 +73,7 @@ def verdict_rows(record: Record) -> Rows:
 
 
 def _inside(row: Record) -> list[bool]:
-    """Return whether each statistic of the model lies in the interval of the recorded one."""
+    """Return True for each statistic of the model in the interval of the recorded one."""
     pairs = zip(row["model"], row["recorded_intervals"], strict=True)
     return [low <= value <= high for value, (low, high) in pairs if value is not None]
 
