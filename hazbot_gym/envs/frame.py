@@ -39,7 +39,7 @@ class Frame(NamedTuple):
         terms: Weighted reward terms of the last decision, by name.
         total_reward: Return so far.
         time_s: Time since the start of the episode.
-        outcome: How the episode ended, or "" while it runs.
+        outcome: Outcome of the episode, or "" while it runs.
     """
 
     place: Place

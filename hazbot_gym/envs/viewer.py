@@ -59,7 +59,7 @@ class Viewer:
             ranges_m: (4,) ultrasonic readings.
             patterns: The tracked pattern of each person.
             terms: (7,) unweighted reward terms of the decision.
-            outcome: How the episode ended, or "" while it runs.
+            outcome: Outcome of the episode, or "" while it runs.
         """
         robot = world.robots[0]
         if abs(robot["v"]) > MOVING_MPS:  # the castor of a standing robot keeps its angle

@@ -10,7 +10,7 @@ from hazbot_gym.errors import InvalidInput
 UNSEEN = ("dummy", "offscreen")  # SDL drivers without a display
 _NO_DISPLAY = (
     "render_mode: given 'human', but there is no display; allowed is 'rgb_array', "
-    "`hazbot watch --save FILE`, or SDL_VIDEODRIVER=dummy for a window that nobody sees"
+    "`hazbot watch --save FILE`, or SDL_VIDEODRIVER=dummy for an invisible window"
 )
 
 

@@ -189,7 +189,7 @@ def inside_corridor(recording: Recording) -> Recording:
             firsts.append(recording.first_steps[i] + inside[0])
             tracks.append(track[inside[0] : inside[-1] + 1])
     if not tracks:
-        raise InvalidInput(f"tracks: nobody in {recording.name} comes into its corridor")
+        raise InvalidInput(f"tracks: no person of {recording.name} enters its corridor")
     return replace(
         recording,
         ids=np.array(ids),

@@ -111,7 +111,7 @@ def read_tracks(
         raise InvalidInput(f"{path.name}: fps must be a positive number, given {rate}")
     speeds = walking_speed(table.ids, table.frames, table.positions, rate)
     if not len(speeds):
-        raise InvalidInput(f"{path.name}: nobody is seen in more than one frame")
+        raise InvalidInput(f"{path.name}: no person is recorded in more than one frame")
     unit, metres, unit_from = _unit(path, table, known, speeds)
     speed = median_speed(speeds * metres)
     _check_walking(path.name, table, rate, unit, metres, speed)
@@ -207,7 +207,7 @@ def _check_walking(
         )
     if speed_mps < STILL_MPS:
         raise InvalidInput(
-            f"{name}: nobody walks: the median speed is {speed_mps:.2g} m/s; "
+            f"{name}: no person walks: the median speed is {speed_mps:.2g} m/s; "
             f"fps {fps:g} or unit {unit} is wrong, or people only stand"
         )
 

@@ -55,7 +55,7 @@ class RecordedRobot(NamedTuple):
         name: Kind of robot.
         radius_m: Radius of its base [m].
         scenario: Kind of encounter.
-        behaviour: How it was driven.
+        behaviour: Its driving behavior, as named in the recording.
         scene: Session of the recording.
         positions: (T, 2) its positions, from the recording's first step on [m].
     """

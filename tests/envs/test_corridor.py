@@ -14,6 +14,7 @@ from hazbot_gym.core.state import PATTERN_NAMES, PRESENT
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.task.observation import LAYOUTS
 from hazbot_gym.task.reward import TERMS
 from tests.refusals import refused, says
 
@@ -476,7 +477,7 @@ def test_the_privileged_tier_shows_the_true_state_whatever_the_tracker_s_faults(
         observation = env.step(FULL)[0]
     state = env.snapshot()
     nearest = min(np.hypot(state.people["x"] - state.x, state.people["y"] - state.y))
-    seen = env._layout.decode(observation)
+    seen = LAYOUTS["privileged"].decode(observation)
     assert seen["person0_present"] == 1.0
     assert seen["person0_distance_m"] == pytest.approx(min(nearest, 8.0), abs=1e-5)
 
@@ -491,7 +492,7 @@ def test_no_entry_of_the_observation_is_constant() -> None:
     """Constants of an id: the curvature of a straight or circular path, and some labels of
     people, for instance crossing where no route crosses. All of these vary in another id.
     """
-    names = set(make()._layout.names)
+    layout = LAYOUTS[make().config.tier]
     varying: set[str] = set()
     for env_id in IDS:
         env = make(env_id)
@@ -501,10 +502,10 @@ def test_no_entry_of_the_observation_is_constant() -> None:
             rows += [step.observation for step in episode(env)]
             rows.append(env.reset()[0])
         changes = np.ptp(rows, axis=0) > 0.0
-        changing = {name for name, is_so in zip(env._layout.names, changes, strict=True) if is_so}
-        assert names - changing <= LABELS | {"curvature_ahead_per_m"}
+        changing = {name for name, is_so in zip(layout.names, changes, strict=True) if is_so}
+        assert set(layout.names) - changing <= LABELS | {"curvature_ahead_per_m"}
         varying |= changing
-    assert varying == names
+    assert varying == set(layout.names)
 
 
 class Mine(CorridorEnv):

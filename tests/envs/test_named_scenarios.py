@@ -12,6 +12,7 @@ import pytest
 
 from hazbot_gym.core.state import Floats
 from hazbot_gym.policies.fuzzy_expert import FuzzyExpert
+from hazbot_gym.task.observation import layout_of
 
 REFERENCE = json.loads(
     (Path(__file__).parents[1] / "reference" / "behaviour.json").read_text(encoding="utf-8")
@@ -63,11 +64,10 @@ def test_the_expert_is_at_full_speed_again_when_the_paper_says(name: str) -> Non
 def test_the_walker_is_labelled_as_the_scenario_says(name: str) -> None:
     env = gymnasium.make("hazbot_gym/Corridor-v0", scenario=name)
     observation, _ = env.reset(seed=0)
-    layout = env.unwrapped._layout  # type: ignore[attr-defined]
     label = f"person0_{SCENARIOS[name]['pattern']}"
     seen = []
     for _ in range(60):
-        seen.append(layout.decode(observation)[label])
+        seen.append(layout_of(observation).decode(observation)[label])
         observation = env.step(np.ones(1))[0]
     assert max(seen) == 1.0
 

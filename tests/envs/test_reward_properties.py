@@ -112,7 +112,7 @@ def nearest_m(env: CorridorEnv, shares: Callable[[float], float]) -> tuple[float
 def test_at_full_speed_through_an_intimate_zone_is_worse_than_waiting(
     late_s: float, speed_mps: float
 ) -> None:
-    """Somebody crosses the path at 4 m, a little before or after a robot at full speed does."""
+    """A person crosses the path at 4 m, a little before or after a robot at full speed does."""
     there_s = 4.0 / 0.5 + 0.6
     env = with_walker(4.0, speed_mps * (there_s + late_s), 0.0, -speed_mps)
     rushed, clearance, _ = nearest_m(env, lambda time_s: 1.0)

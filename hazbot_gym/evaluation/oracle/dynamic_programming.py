@@ -179,7 +179,7 @@ def _solve(
     """Run the backward recursion; the values of decision 0 end in ``values[0]``.
 
     Args:
-        problem: What is asked.
+        problem: Constants of the recursion.
         lattice: Speeds and ways.
         weights: (7,) of the reward terms.
         people: (steps, P) records at every social step.
@@ -293,7 +293,7 @@ def _improve(
         level: The speed.
         first: First place.
         end: The place after the last.
-        problem: What is asked.
+        problem: Constants of the recursion.
         lattice: Speeds and ways.
         weights: (7,) of the reward terms.
         depths: (S,) nearness to people after the decision.

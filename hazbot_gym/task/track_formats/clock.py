@@ -64,7 +64,7 @@ def _smallest_step(name: str, ids: Floats, since_s: Floats) -> float:
     steps = np.diff(since_s[order])[np.diff(ids[order]) == 0]
     steps = steps[steps > 0.0]
     if not len(steps):
-        raise InvalidInput(f"{name}: nobody is seen at more than one time")
+        raise InvalidInput(f"{name}: no person is recorded at more than one time")
     smallest = np.percentile(steps, 5)
     return float(np.mean(steps[steps < 1.5 * smallest]))
 
