@@ -8,13 +8,15 @@ from hazbot_gym.utils.text_tables import Rows, console_table, shown
 
 Record = JsonObject
 
-TITLES = ("environment", "best constant", "optimum", "family", "return", "arrived", "in the span")
+SHARE = "normalized return"  # 0 % at the best constant speed, 100 % at the optimum
+TITLES = ("environment", "best constant", "optimum", "family", "return", "arrived", SHARE)
 SPARE = ("best constant", "optimum", "arrived", "return")  # of a narrow terminal
 
 
 def table(record: Record) -> FittedTable:
     """Return a record as a table for the terminal."""
-    return console_table(TITLES, family_rows(record), spare=SPARE)
+    rows = [tuple(cell.strip("`") for cell in row) for row in family_rows(record)]
+    return console_table(TITLES, rows, spare=SPARE)
 
 
 def percent(share: float) -> str:
@@ -23,7 +25,7 @@ def percent(share: float) -> str:
 
 
 def family_rows(record: Record) -> Rows:
-    """Return the position of every family's best member within the span."""
+    """Return the best member of every family, in Markdown, with its normalized return."""
     return [
         (
             f"`{env}`",
