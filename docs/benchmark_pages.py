@@ -130,6 +130,9 @@ def encounters(template: str, record: Record, *, name: str) -> str:
         fitted_groups=table(encounters_report.GROUPS, encounters_report.group_rows(sides[True])),
         other_groups=table(encounters_report.GROUPS, encounters_report.group_rows(sides[False])),
         verdicts=table(encounters_report.VERDICTS, encounters_report.verdict_rows(record)),
+        drives=record["price"]["drives"],
+        prices=table(encounters_report.PRICES, encounters_report.price_rows(record)),
+        drive_means=table(encounters_report.DRIVES, encounters_report.drive_rows(record)),
     )
 
 

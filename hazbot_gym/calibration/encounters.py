@@ -33,6 +33,7 @@ from hazbot_gym.core.state import Floats
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.task.places import load_place
 from hazbot_gym.task.track_folders import read_all
+from hazbot_gym.task.tracks import Recording
 from hazbot_gym.utils.json_object import JsonObject
 
 try:
@@ -102,8 +103,8 @@ class Met(NamedTuple):
         return Met([self.stages[i] for i in chosen], [self.scenes[i] for i in chosen])
 
 
-def load_encounters(path: Path) -> Met:
-    """Return the encounters of a file or folder whose people are seen throughout.
+def load_encounters(path: Path) -> list[Recording]:
+    """Return the encounters of a file or folder.
 
     Raises:
         InvalidInput: There is none, or a file cannot be read.
@@ -112,6 +113,17 @@ def load_encounters(path: Path) -> Met:
     if found.faults:
         raise InvalidInput("; ".join(found.faults))
     recordings = [each for each in found.recordings if each.robot is not None]
+    if not recordings:
+        raise InvalidInput(f"encounters: {str(path)!r} holds no encounter of people with a robot")
+    return recordings
+
+
+def staged(recordings: Sequence[Recording]) -> Met:
+    """Return the encounters whose people walk and are seen throughout.
+
+    Raises:
+        InvalidInput: There is none.
+    """
     like, stages, scenes = load_place("open"), [], []
     for recording in recordings:
         meeting = meeting_of(recording)
@@ -119,7 +131,7 @@ def load_encounters(path: Path) -> Met:
             stages.append(stage_of(meeting, like))
             scenes.append(meeting.robot.scene)
     if not stages:
-        raise InvalidInput(f"encounters: {str(path)!r} holds no encounter of people with a robot")
+        raise InvalidInput("encounters: given none whose people walk and are seen throughout")
     return Met(stages, scenes)
 
 

@@ -19,15 +19,21 @@ VERDICTS = (
     "held out", "largest difference of closest distance [m]", "of slowest share",
     "within recorded 95 % intervals",
 )  # fmt: skip
+PRICES = ("price of nearness [s of delay per s of discomfort]", "estimate", "interval")
+DRIVES = (
+    "scenario, robot", "compliant: delay [s]", "discomfort [s]", "noncompliant: delay [s]",
+    "discomfort [s]",
+)  # fmt: skip
 SIDES = {"recorded": "recorded", "model": "fitted model", "shipped": "as shipped"}
 
 
 def tables(record: Record) -> Group:
     """Return a record as tables for the terminal."""
-    blocks = ((CONSTANTS, constant_rows), (LOSSES, loss_rows), (GROUPS, group_rows))
-    shown_tables = [
-        console_table(titles, rows(record)) for titles, rows in (*blocks, (VERDICTS, verdict_rows))
-    ]
+    blocks = [(CONSTANTS, constant_rows), (LOSSES, loss_rows), (GROUPS, group_rows)]
+    blocks += [(VERDICTS, verdict_rows)]
+    if record["price"] is not None:
+        blocks += [(PRICES, price_rows), (DRIVES, drive_rows)]
+    shown_tables = [console_table(titles, rows(record)) for titles, rows in blocks]
     counts = ", ".join(f"{count} encounters {side}" for side, count in record["encounters"].items())
     return Group(counts, "", *(part for each in shown_tables for part in (each, "")))
 
@@ -69,6 +75,34 @@ def verdict_rows(record: Record) -> Rows:
         )
         for row in record["groups"]
         if not row["fitted_on"]
+    ]
+
+
+def price_rows(record: Record) -> Rows:
+    """Return both estimates of the price with their intervals."""
+    names = {
+        "break_even": "compliant drives cost as much as noncompliant ones",
+        "revealed": "speeds of compliant drives are nearest to optimal",
+    }
+    price = record["price"]
+    return [
+        (name, shown(price[key]["value"]), " to ".join(map(shown, price[key]["interval"])))
+        for key, name in names.items()
+    ]
+
+
+def drive_rows(record: Record) -> Rows:
+    """Return the mean delay and discomfort of both behaviours in every group."""
+    return [
+        (
+            f"{row['scenario']}, {row['robot']}",
+            *(
+                shown(row[behaviour][field])
+                for behaviour in ("compliant", "noncompliant")
+                for field in ("delay_s", "felt_s")
+            ),
+        )
+        for row in record["price"]["groups"]
     ]
 
 

@@ -107,9 +107,10 @@ def _response_fitted(
     path: Path, fit: list[str] | None, seed: int, *, as_shipped: bool
 ) -> tuple[dict[str, object], Group]:
     """Return the record and the tables of ``calibrate --encounters``."""
-    from hazbot_gym.calibration import encounters, encounters_report
+    from hazbot_gym.calibration import encounters, encounters_report, price
 
-    fitted, held_out = encounters.split(encounters.load_encounters(path), fit or ())
+    recordings = encounters.load_encounters(path)
+    fitted, held_out = encounters.split(encounters.staged(recordings), fit or ())
     recorded, response = encounters.outcomes(fitted, None), encounters.SHIPPED
     if not as_shipped:
         with terminal.progress_bar(terminal.progress_console()) as progress:
@@ -118,6 +119,7 @@ def _response_fitted(
                 fitted, recorded, seed=seed, on_progress=lambda: progress.advance(task)
             )
     record = encounters.report(fitted, held_out, response)
+    record["price"] = price.report(price.drives_of(recordings), seed=seed)
     return record, encounters_report.tables(record)
 
 

@@ -14,7 +14,7 @@ from hazbot_gym.calibration.encounter_walk import (
     recorded_outcome,
     stage_of,
 )
-from hazbot_gym.calibration.encounters import SHIPPED, load_encounters, outcomes, split
+from hazbot_gym.calibration.encounters import SHIPPED, load_encounters, outcomes, split, staged
 from hazbot_gym.cli import app
 from hazbot_gym.core.social_force import Reaction
 from hazbot_gym.core.state import PERSON_RADIUS_M, ROBOT_RADIUS_M
@@ -54,7 +54,7 @@ def test_person_who_ignores_the_robot_walks_as_recorded(met: Path) -> None:
 
 
 def test_stronger_response_keeps_people_farther_away(met: Path) -> None:
-    encounters = load_encounters(met)
+    encounters = staged(load_encounters(met))
     closest_m = [
         model.summary(outcomes(encounters, SHIPPED._replace(robot_strength_mps2=strength))[GROUP])[
             1
@@ -98,7 +98,7 @@ def test_standing_person_stays(tmp_path: Path) -> None:
 
 
 def test_no_scene_is_fitted_on_and_held_out(met: Path) -> None:
-    encounters = load_encounters(met)
+    encounters = staged(load_encounters(met))
     for chosen in ((), ("3",)):
         fitted, held_out = split(encounters, chosen)
         assert not set(fitted.scenes) & set(held_out.scenes)
@@ -107,7 +107,7 @@ def test_no_scene_is_fitted_on_and_held_out(met: Path) -> None:
 
 
 def test_fit_finds_a_response_with_the_same_outcomes(met: Path) -> None:
-    encounters = load_encounters(met).of(["1", "3"])
+    encounters = staged(load_encounters(met)).of(["1", "3"])
     made = outcomes(encounters, SHIPPED._replace(robot_range_m=0.5, noticed_m=3.0))
     found = model.fit(encounters, made, seed=0)
     assert model.loss(encounters, found, made) < 0.2 * model.loss(encounters, SHIPPED, made)
@@ -123,7 +123,7 @@ def test_gains_are_spread_around_one() -> None:
 
 
 def test_report_has_every_group_on_both_sides(met: Path) -> None:
-    fitted, held_out = split(load_encounters(met))
+    fitted, held_out = split(staged(load_encounters(met)))
     record = model.report(fitted, held_out, SHIPPED)
     assert [row["fitted_on"] for row in record["groups"]] == [True, False]
     for row, encounters in zip(record["groups"], (fitted, held_out), strict=True):
@@ -141,7 +141,7 @@ def test_report_has_every_group_on_both_sides(met: Path) -> None:
 )
 def test_unusable_split_is_refused(met: Path, fit: tuple[str, ...], named: str) -> None:
     with refused(named):
-        split(load_encounters(met), fit)
+        split(staged(load_encounters(met)), fit)
 
 
 def test_file_without_encounters_is_refused(tmp_path: Path) -> None:
@@ -155,7 +155,7 @@ def test_file_without_encounters_is_refused(tmp_path: Path) -> None:
 
 def test_record_is_the_evaluation_of_its_response(tracks_dir: Path) -> None:
     record = read_json(RECORD)
-    fitted, held_out = split(load_encounters(tracks_dir / "robot_encounters" / "dev.csv"))
+    fitted, held_out = split(staged(load_encounters(tracks_dir / "robot_encounters" / "dev.csv")))
     found = model.report(fitted, held_out, model.Response(**record["response"]))
     for side, loss in record["loss"].items():
         assert found["loss"][side] == pytest.approx(loss)

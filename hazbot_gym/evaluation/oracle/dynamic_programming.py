@@ -100,7 +100,7 @@ def optimum(config: Config, scenario: Scenario, key: int, *, with_speeds: bool =
     poses = sample_path(scenario.place.path, ways_m)[:, :3].copy()
     values = np.zeros((2, LEVELS, room))
     depths, near = np.zeros((2, room)), np.zeros(room, np.bool_)
-    choices = np.zeros((decisions if with_speeds else 0, LEVELS, room), np.int8)
+    choices = np.zeros((decisions if with_speeds else 1, LEVELS, room), np.int8)
     robots, touched = records(ROBOT, 1), people[0].copy()
     problem = _Problem(
         goal=goal,
@@ -190,9 +190,10 @@ def _solve(
         values: (2, V, S) of a decision and of the next one, alternating.
         depths: (2, S) nearness to people at each place, likewise.
         near: (S,) whether a contact is possible from there, scratch.
-        choices: (T, V, S) best speed, output; (0, V, S) to skip.
+        choices: (T, V, S) best next speed of every state, output; (1, V, S) to keep the last only.
     """
     last, every = problem.decisions, problem.social_per_decision
+    keeps = choices.shape[0] == last
     _look(people[last * every], poses, robots[0], problem, depths[last % 2], near)
     for t in range(last - 1, -1, -1):
         now, then = t % 2, (t + 1) % 2
@@ -202,23 +203,23 @@ def _solve(
             for s in range(problem.goal, poses.shape[0]):
                 values[then, level, s] = arrival
         end = min(problem.goal, t * problem.reach + 1)  # upper bound of the distance covered
+        row = t if keeps else 0
         for first in range(0, end, BLOCK):
             last_one = min(first + BLOCK, end)
             for level in range(lattice.speeds_mps.shape[0]):
                 _improve(
                     level, first, last_one, problem, lattice, weights, depths[then], values[then],
-                    values[now, level],
+                    values[now, level], choices[row, level],
                 )  # fmt: skip
         for level in range(lattice.speeds_mps.shape[0]):
             for s in range(end):
-                if near[s] or choices.shape[0] > 0:
+                if near[s]:
                     value, following = _weigh(
-                        t, s, level, near[s], problem, lattice, weights, people, walls, poses,
-                        robots[0], touched, depths[then], values[then],
+                        t, s, level, problem, lattice, weights, people, walls, poses, robots[0],
+                        touched, depths[then], values[then],
                     )  # fmt: skip
                     values[now, level, s] = value
-                    if choices.shape[0] > 0:
-                        choices[t, level, s] = following
+                    choices[row, level, s] = following
 
 
 @scalar
@@ -285,9 +286,9 @@ def reward_of(
 @scalar
 def _improve(
     level: int, first: int, end: int, problem: _Problem, lattice: Lattice, weights: Floats,
-    depths: Floats, values: Floats, best: Floats,
+    depths: Floats, values: Floats, best: Floats, chosen: npt.NDArray[np.int8],
 ) -> None:  # fmt: skip
-    """Write the best value of a speed at some places, assuming no contact.
+    """Write the best value of a speed at some places and the next speed, assuming no contact.
 
     Args:
         level: The speed.
@@ -298,9 +299,10 @@ def _improve(
         weights: (7,) of the reward terms.
         depths: (S,) nearness to people after the decision.
         values: (V, S) after the decision.
-        best: (S,) written.
+        best: (S,) value, written.
+        chosen: (S,) next speed, written.
     """
-    count, block = end - first, best[first:end]
+    count, block, choice = end - first, best[first:end], chosen[first:end]
     for k in range(count):
         block[k] = -np.inf
     for following in range(lattice.speeds_mps.shape[0]):
@@ -311,14 +313,16 @@ def _improve(
         depth, after = depths[first + way : end + way], values[following, first + way : end + way]
         for k in range(count):  # compiles to vector instructions
             value = sure + slope * depth[k] + after[k]
-            block[k] = value if value > block[k] else block[k]
+            is_better = value > block[k]
+            block[k] = value if is_better else block[k]
+            choice[k] = following if is_better else choice[k]
 
 
 @routine
 def _weigh(
-    t: int, s: int, level: int, is_near: bool, problem: _Problem, lattice: Lattice,
-    weights: Floats, people: Records, walls: Floats, poses: Floats, robot: RobotRecord,
-    touched: Records, depths: Floats, values: Floats,
+    t: int, s: int, level: int, problem: _Problem, lattice: Lattice, weights: Floats,
+    people: Records, walls: Floats, poses: Floats, robot: RobotRecord, touched: Records,
+    depths: Floats, values: Floats,
 ) -> tuple[float, int]:  # fmt: skip
     """Return the best value of a speed at one place, contacts included, and the next speed."""
     best, chosen = -np.inf, 0
@@ -327,12 +331,9 @@ def _weigh(
         if way < 0:
             continue
         sure, slope = reward_of(level, following, lattice, weights, problem.rules)
-        value = np.nan
-        if is_near:
-            value = _touch(
-                t, s, level, following, problem, lattice, weights, people, walls, poses, robot,
-                touched,
-            )  # fmt: skip
+        value = _touch(
+            t, s, level, following, problem, lattice, weights, people, walls, poses, robot, touched
+        )
         if math.isnan(value):
             value = sure + slope * depths[s + way] + values[following, s + way]
         if value > best:
