@@ -77,7 +77,7 @@ def verdict(number: Number, here: float | None) -> str:
         return REPRODUCED
     if off <= NEAR_TOLERANCES * tolerance:
         return NEAR
-    return f"{NOT}: {number.reason or 'outside the tolerance, and nobody knows why'}"
+    return f"{NOT}: {number.reason or 'outside the tolerance for an unknown reason'}"
 
 
 def entries(here: Mapping[str, float]) -> list[JsonObject]:

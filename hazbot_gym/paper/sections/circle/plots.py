@@ -133,7 +133,9 @@ def misses(found: Mapping[str, Floats], tolerance: float) -> str:
         tolerance: Of a fit, as a share of the paper's figure.
     """
     figure, axis = new(3.4)
-    names = [f"{who}, {what.partition(' [')[0]}" for who in LOOPS for what in FIGURE_NAMES]
+    names = [
+        f"{controller}, {what.partition(' [')[0]}" for controller in LOOPS for what in FIGURE_NAMES
+    ]
     places = np.arange(len(names))[::-1]
     axis.axvspan(-100.0 * tolerance, 100.0 * tolerance, color=SOFT, alpha=0.15)
     axis.axvline(0.0, color=INK, linewidth=0.9)

@@ -81,8 +81,8 @@ def chapter(quick: bool) -> Chapter:
         },
         text=_text(here, on_plants, others, under_noise, points),
         tables=(
-            figure_table("All plants, beside the paper", on_plants),
-            figure_table("Plant B with one thing changed", others),
+            figure_table("All plants, compared with the paper", on_plants),
+            figure_table("Plant B with one parameter changed", others),
             _band_table(by_band),
             _noise_table(under_noise),
             _point_table(points),
@@ -121,39 +121,39 @@ def _text(
     left = noise.spreads["position_left_m"].median
     ours, theirs = np.divide(fuzzy, fixed), np.divide(paper, reported_figures("PID"))
     return (
-        f"The robot stands at the start of a circle of {CIRCLE_RADIUS_M} m while its target sets "
-        "off at 0.5 m/s: that is how an initial error of zero can become one of a tenth of a "
-        "metre. An error has converged when it stays below 0.001, the third decimal that the paper "
-        "resolves. The paper prints no motor; plant B gives for the fuzzy-PID "
-        f"{fuzzy.position_max_m:.3f} m, {fuzzy.angle_max_rad:.3f} rad, "
-        f"{fuzzy.position_converged_s:.2f} s and {fuzzy.angle_converged_s:.2f} s. It is a fit, "
-        "not a validation: section 5.2a has others.",
-        "With the same plant the PID comes to "
-        f"{fixed.position_max_m:.3f} m, {fixed.angle_max_rad:.3f} rad, "
-        f"{fixed.position_converged_s:.2f} s and {fixed.angle_converged_s:.2f} s. The ratios of "
-        "fuzzy-PID to PID are "
+        f"The robot stands at the start of a circle with a radius of {CIRCLE_RADIUS_M} m while "
+        "its target sets off at 0.5 m/s; this is how an initial error of zero can grow to a "
+        "tenth of a meter. An error has converged when it stays below 0.001, the third decimal "
+        "that the paper reports. The paper does not specify the motor. With plant B, the "
+        f"fuzzy-PID gives {fuzzy.position_max_m:.3f} m, {fuzzy.angle_max_rad:.3f} rad, "
+        f"{fuzzy.position_converged_s:.2f} s, and {fuzzy.angle_converged_s:.2f} s. Plant B is a "
+        "fit, not a validation: section 5.2a has other plants.",
+        f"With the same plant, the PID gives {fixed.position_max_m:.3f} m, "
+        f"{fixed.angle_max_rad:.3f} rad, {fixed.position_converged_s:.2f} s, and "
+        f"{fixed.angle_converged_s:.2f} s. The ratios of fuzzy-PID to PID are "
         f"{', '.join(f'{ratio:.2f}' for ratio in ours)} here and "
         f"{', '.join(f'{ratio:.2f}' for ratio in theirs)} in the paper.",
-        "Neither the radius of the text nor the sampling explains the difference: 3.5 m instead of "
-        f"{CIRCLE_RADIUS_M} m changes no figure by more than "
-        f"{100.0 * _change(others, on_plants, 'radius 3.5 m'):.1f} %, steps of 0.02 s by "
-        f"{100.0 * _change(others, on_plants, 'steps of 0.02 s'):.1f} % (an earlier "
-        "prototype: 0.2 and 3 %).",
-        "With the sensor noise of Table 2 the position error last exceeds 0.001 m at "
+        "Neither the radius given in the text nor the sampling explains the difference. A radius "
+        f"of 3.5 m instead of {CIRCLE_RADIUS_M} m changes no figure by more than "
+        f"{100.0 * _change(others, on_plants, 'radius 3.5 m'):.1f} %, and steps of 0.02 s change "
+        f"none by more than {100.0 * _change(others, on_plants, 'steps of 0.02 s'):.1f} % (an "
+        "earlier prototype: 0.2 and 3 %).",
+        "With the sensor noise of Table 2, the position error last exceeds 0.001 m at "
         f"{when.median:.1f} s (median of {noise.seeds} seeds; 5 to 95 %: {when.low:.1f} to "
-        f"{when.high:.1f} s). Noise alone leaves {1e3 * left:.2f} mm RMS, below the band of "
-        f"{1e3 * BAND:g} mm, and still lifts the error over it in the last {LAST_S:g} s in "
-        f"{noise.unsettled_position:.0%} of laps (the angle error: {noise.unsettled_angle:.0%}). "
-        "So an error that has converged to the third decimal need not stay there, and when it "
-        "does is luck. The largest position error hardly moves: "
-        f"{most.low:.4f} to {most.high:.4f} m.",
-        "Of Table 3 three entries contradict the others: the error of row 2 follows from its "
-        f"coordinates as {printed_errors()[1]:.4f} m (printed 0.014); in row 4 the sign of y is "
-        "wrong, or the robot would be 6.854 m off the circle; in row 5 x_r = 0.002 and x = -0.002 "
-        f"would make an error of {printed_errors()[4]:.3f} m, printed 0. The other points come out "
-        "to millimetres, but for row 2, where the printed robot is farther ahead of its target: "
-        f"{TABLE_3[1].position:g} m, here {points[1].position:.3f} m. The angle error there is the "
-        f"printed one ({points[1].angle:.3f} rad).",
+        f"{when.high:.1f} s). Noise alone leaves an RMS error of {1e3 * left:.2f} mm, below the "
+        f"band of {1e3 * BAND:g} mm, but in {noise.unsettled_position:.0%} of laps it still lifts "
+        f"the error above the band in the last {LAST_S:g} s (angle error: "
+        f"{noise.unsettled_angle:.0%}). An error that has converged to the third decimal "
+        "therefore need not stay there, and the time of convergence depends on the noise seed. "
+        f"The largest position error varies little: {most.low:.4f} to {most.high:.4f} m.",
+        "Three entries of Table 3 contradict the others. In row 2, the coordinates give an error "
+        f"of {printed_errors()[1]:.4f} m (printed: 0.014). In row 4, the sign of y is wrong; "
+        "otherwise the robot would be 6.854 m off the circle. In row 5, x_r = 0.002 and x = "
+        f"-0.002 would give an error of {printed_errors()[4]:.3f} m (printed: 0). The other "
+        "points agree to millimeters, except for row 2, where the robot of the paper is farther "
+        f"ahead of its target: {TABLE_3[1].position:g} m, compared with {points[1].position:.3f} "
+        "m here. The angle error in this row agrees with the printed value "
+        f"({points[1].angle:.3f} rad).",
     )
 
 
@@ -195,7 +195,7 @@ def _band_table(by_band: dict[str, dict[str, Converged]]) -> Table:
         )
         for band in fuzzy
     ]
-    return Table("Plant B: when an error converged [s], by what that means [m, rad]", head, rows)
+    return Table("Plant B: convergence time [s] by convergence band [m, rad]", head, rows)
 
 
 def _noise_table(under_noise: dict[str, Noisy]) -> Table:
@@ -218,8 +218,8 @@ def _noise_table(under_noise: dict[str, Noisy]) -> Table:
 
 
 def _point_table(points: list[Point]) -> Table:
-    head = ("point", *(f"{name}, {who}" for name in ("x_r", "y_r", "x", "y", "position error",
-            "angle error") for who in ("paper", "here")))  # fmt: skip
+    head = ("point", *(f"{name}, {source}" for name in ("x_r", "y_r", "x", "y", "position error",
+            "angle error") for source in ("paper", "here")))  # fmt: skip
     rows = []
     for number, (printed, found) in enumerate(zip(TABLE_3, points, strict=True), start=1):
         pairs = zip(printed, found, strict=True)
@@ -233,22 +233,22 @@ def _pictures(laps: dict[str, Lap], points: list[Point]) -> tuple[Picture, ...]:
         Picture(
             "circle-trajectory",
             "Figure 18",
-            "Target circle and the robot's trajectory with the fuzzy-PID, its distance from the "
-            "target enlarged ten times; squares are the critical points of Table 3.",
+            "Target circle and the robot's trajectory with the fuzzy-PID, with the deviation "
+            "from the target enlarged ten times; squares are the critical points of Table 3.",
             plots.trajectory(laps["fuzzy-PID"], points, CIRCLE_RADIUS_M),
         ),
         Picture(
             "circle-errors",
             "Figure 20",
             "Position error (a) and angle error (b) over time with both controllers on plant B; "
-            "dashed: the paper's largest errors, dotted: when it says that they converged.",
+            "dashed: the paper's largest errors, dotted: the paper's convergence times.",
             plots.errors(laps, paper),
         ),
         Picture(
             "circle-convergence",
             "",
-            "The same errors on a logarithmic scale: both controllers lose them at the same rate, "
-            "that of the tracking law, and differ in where they start from.",
+            "The same errors on a logarithmic scale: with both controllers they decay at the "
+            "same rate, that of the tracking law, from different initial values.",
             plots.late_errors(laps),
         ),
     )

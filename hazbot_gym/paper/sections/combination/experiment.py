@@ -15,7 +15,7 @@ from hazbot_gym.core.state import Floats
 from hazbot_gym.paper.sections.meetings.experiment import Events, Meeting, events, meet
 
 SCENARIO = "circle+human"
-NOBODY = {"people": {"walkers": [{"x_m": 90.0, "y_m": 90.0, "vx_mps": 0.0, "vy_mps": 0.0}]}}
+WITHOUT_HUMAN = {"people": {"walkers": [{"x_m": 90.0, "y_m": 90.0, "vx_mps": 0.0, "vy_mps": 0.0}]}}
 STEPS = 800
 
 
@@ -50,7 +50,7 @@ class Combination(NamedTuple):
 def combine(seeds: int) -> Combination:
     """Drive the circle with the fuzzy strategy, with and without the human."""
     runs = meet(SCENARIO, seeds=range(seeds), steps=STEPS)
-    alone = meet(SCENARIO, seeds=range(seeds), steps=STEPS, overrides=NOBODY)
+    alone = meet(SCENARIO, seeds=range(seeds), steps=STEPS, overrides=WITHOUT_HUMAN)
     return Combination(runs, alone, [events(run, is_measured=True) for run in runs])
 
 

@@ -33,23 +33,25 @@ def chapter(quick: bool) -> Chapter:
             "seeds": len(found.runs),
         },
         text=(
-            "Figure 19 shows the combination and no numbers, and where the human walked is not "
-            "printed. In the scenario circle+human somebody comes the other way beside the circle "
-            "at 0.5 m/s; the robot has the drive in earnest on plant B, with slew limits and the "
-            f"noise of Table 2, over {len(found.runs)} seeds. It is assessed as encountering; the "
-            f"robot decelerates on its path at {spreads['decelerates_s']['mean']:.1f} s and stands "
-            f"from {spreads['stops_s']['mean']:.1f} s on; as the human moves away it returns to "
-            f"its speed, which it has again at {spreads['recovers_s']['mean']:.1f} s, and goes on "
-            "along the circle. While the human is within 1.5 m it moves for "
+            "Figure 19 shows the combination without numbers, and the path of the human is not "
+            "printed. In the scenario circle+human, a human walks beside the circle in the "
+            "opposite direction at 0.5 m/s. The robot has the dynamic drive model on plant B, "
+            f"with slew limits and the noise of Table 2, over {len(found.runs)} seeds. The "
+            "pattern is classified as encountering. The robot decelerates on its path at "
+            f"{spreads['decelerates_s']['mean']:.1f} s and stands still from "
+            f"{spreads['stops_s']['mean']:.1f} s on. As the human moves away, the robot returns "
+            f"to its speed, reaches it at {spreads['recovers_s']['mean']:.1f} s, and continues "
+            "along the circle. While the human is within 1.5 m, the robot moves for "
             f"{spreads['moving_inside_s']['mean']:.1f} s.",
-            "To slow down and to start again costs tracking: from when the robot decelerates on, "
-            f"the position error reaches {met:.3f} m instead of {met_alone:.3f} m alone. Over the "
-            f"whole lap, its start from rest included, it reaches {largest:.3f} m and "
-            f"{largest_alone:.3f} m (with slew limits the start is gentler than in section 5.2), "
-            f"with an RMS of {1e3 * rms:.0f} mm and {1e3 * rms_alone:.0f} mm. In the last "
-            f"{LAST_S:g} s it is at most {1e3 * final:.1f} mm and {1e3 * final_alone:.1f} mm: "
-            f"the robot is on its circle again. {100.0 * found.arrivals():.0f} % of the laps are "
-            f"driven to their end, in {with_s:.1f} s instead of {alone_s:.1f} s.",
+            "Slowing down and starting again increases the tracking error. From the deceleration "
+            f"on, the position error reaches {met:.3f} m, compared with {met_alone:.3f} m without "
+            "the human. Over the whole lap, including the start from rest, it reaches "
+            f"{largest:.3f} m with the human and {largest_alone:.3f} m without (with slew limits, "
+            f"the start is gentler than in section 5.2); the RMS errors are {1e3 * rms:.0f} mm "
+            f"and {1e3 * rms_alone:.0f} mm. In the last {LAST_S:g} s the error is at most "
+            f"{1e3 * final:.1f} mm with the human and {1e3 * final_alone:.1f} mm without: the "
+            f"robot is on its circle again. The robot completes {100.0 * found.arrivals():.0f} % "
+            f"of the laps, in {with_s:.1f} s with the human and {alone_s:.1f} s without.",
         ),
         tables=(
             Table(
@@ -65,10 +67,10 @@ def chapter(quick: bool) -> Chapter:
             Picture(
                 "combination",
                 "Figure 19",
-                "From above: robot (squares) and human (circles) every 2 s; the dotted line joins "
-                "them when the robot decelerates, the solid one when it stands. Below: speed, "
-                "distance and position error with the human, and alone (dashed); shaded: where all "
-                "noise seeds lie.",
+                "Top: robot (squares) and human (circles), every 2 s. The dotted line connects "
+                "the two when the robot decelerates, the solid line when the robot stands still. "
+                "Bottom: speed, distance, and position error with the human, and without "
+                "(dashed); shaded: range over all noise seeds.",
                 plots.combination(found),
             ),
         ),

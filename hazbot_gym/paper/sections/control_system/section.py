@@ -56,7 +56,7 @@ def chapter(quick: bool) -> Chapter:
         text=_text(delayed, families, lamps),
         tables=(
             Table(
-                "The three layers: what of them is here",
+                "The three layers and their parts in this library",
                 ("layer", "part", "where", "state"),
                 list(LAYERS),
             ),
@@ -67,8 +67,8 @@ def chapter(quick: bool) -> Chapter:
             Picture(
                 "delay",
                 "",
-                "How long the robot moves within 1.5 m of the human if its commands come late, in "
-                "the paper's encountering (E*) and crossing (C*) geometry.",
+                "Time that the robot moves within 1.5 m of the human as a function of the "
+                "command delay, in the paper's encountering (E*) and crossing (C*) geometries.",
                 plots.delays(delayed),
             ),
         ),
@@ -99,33 +99,35 @@ def _text(
     affected = [each.affected_from_s for each in delayed.values()]
     first_s = min((value for value in affected if math.isfinite(value)), default=math.nan)
     touched = (
-        f"In one of the two the moving robot touches the human from {first_hit:.1f} s on."
+        "In one of the two geometries, the moving robot touches the human from a delay of "
+        f"{first_hit:.1f} s on."
         if math.isfinite(first_hit)
-        else "With none of the delays does the moving robot touch the human."
+        else "The moving robot touches the human with none of the delays."
     )
     exact, worst_lamps = lamps[0.0], max(lamps.values(), key=lambda found: found[1])
     return (
-        "Of the paper's three layers the functions are here, and the boards are not: no camera "
-        "stream, no Wi-Fi, no serial line. What they do to the strategy is delay its commands, "
-        "and that is a parameter.",
-        "The paper says that a small delay of the speed change does not affect avoidance. Stated "
-        "beforehand: it is affected once the robot moves within 1.5 m for "
-        f"{experiment.EXTRA_S:g} s longer than without a delay. So it is from "
-        f"{_seconds(encountering.affected_from_s)} of delay on when encountering, where the "
-        f"strategy stops at 1.5 m and not before, and from {_seconds(crossing.affected_from_s)} on "
-        f"when crossing. {touched} Among people who are drawn at random and react to the robot "
-        f"({worst['family']}), {worst['delay_s']:g} s of delay raise the kinetic intrusion from "
-        f"{prompt['kinetic_intrusion_m2']:.2f} to {worst['kinetic_intrusion_m2']:.2f} m^2; "
-        f"{_contacts(families)} So "
-        f"the claim holds for {_below(first_s)} where the distance is concerned that the paper "
-        f"means to keep, and in its two geometries for {_below(first_hit)} where touching is.",
+        "The functions of the paper's three layers are implemented, but not the hardware: there "
+        "is no camera stream, no Wi-Fi, and no serial line. These affect the strategy by "
+        "delaying its commands, and the delay is a parameter.",
+        "The paper says that a small delay of the speed change does not affect avoidance. The "
+        "criterion was fixed before the run: avoidance is affected if the robot moves within 1.5 "
+        f"m for {experiment.EXTRA_S:g} s longer than without a delay. When encountering, where "
+        "the strategy stops exactly at 1.5 m, the smallest delay with an effect is "
+        f"{_seconds(encountering.affected_from_s)}; when crossing, it is "
+        f"{_seconds(crossing.affected_from_s)}. {touched} Among randomly drawn people who react "
+        f"to the robot ({worst['family']}), a delay of {worst['delay_s']:g} s raises the kinetic "
+        f"intrusion from {prompt['kinetic_intrusion_m2']:.2f} to "
+        f"{worst['kinetic_intrusion_m2']:.2f} m^2; {_contacts(families)} The claim therefore "
+        f"holds for {_below(first_s)} with respect to the distance that the paper aims to keep, "
+        f"and for {_below(first_hit)} with respect to contact in the two geometries.",
         "The grayscale sensor of eight lamps is an option (drive.line_sensor); the paper prints "
-        "neither its spacing nor its formula. With it the largest errors on the circle stay as "
-        "they are, since they come from the start, but the error does not die out: what is left "
-        f"after {LATE_S:g} s is {1e3 * exact[1]:.1f} mm RMS with the error known exactly and up to "
-        f"{1e3 * worst_lamps[1]:.1f} mm with lamps. Whatever the pitch, two readings are half of "
-        f"it apart or more, {500.0 * min(filter(None, lamps)):.1f} mm at the smallest one tried: a "
-        "convergence to 0.001 m cannot be read off them.",
+        "neither its spacing nor its formula. With this sensor, the largest errors on the circle "
+        "do not change, because they occur at the start, but the error does not converge to "
+        f"zero. After {LATE_S:g} s, the RMS error is {1e3 * exact[1]:.1f} mm with the error known "
+        f"exactly, and up to {1e3 * worst_lamps[1]:.1f} mm with lamps. At every pitch, two "
+        "different readings are at least half a pitch apart, which is "
+        f"{500.0 * min(filter(None, lamps)):.1f} mm at the smallest pitch tried. Convergence to "
+        "0.001 m therefore cannot be measured with this sensor.",
     )
 
 
@@ -133,20 +135,20 @@ def _contacts(families: list[dict[str, float]]) -> str:
     most = max(row["contact_robot_caused"] for row in families)
     if most == 0.0:
         return "the robot causes no contact in any episode."
-    return f"contacts that the robot causes end up to {100.0 * most:.0f} % of the episodes."
+    return f"up to {100.0 * most:.0f} % of the episodes end in contacts that the robot causes."
 
 
 def _seconds(value: float) -> str:
-    return "no delay that was tried" if math.isnan(value) else f"{value:.1f} s"
+    return "larger than all delays tried" if math.isnan(value) else f"{value:.1f} s"
 
 
 def _below(first_s: float) -> str:
-    return "all delays that were tried" if math.isnan(first_s) else f"delays below {first_s:.1f} s"
+    return "all delays tried" if math.isnan(first_s) else f"delays below {first_s:.1f} s"
 
 
 def _family_table(families: list[dict[str, float]]) -> Table:
     return Table(
-        "The fuzzy strategy with late commands among people who react",
+        "The fuzzy strategy with delayed commands among reactive people",
         ("family, delay", *experiment.FAMILY_METRICS.values()),
         [
             (f"{row['family']}, {row['delay_s']:g} s", *(row[n] for n in experiment.FAMILY_METRICS))
@@ -157,9 +159,9 @@ def _family_table(families: list[dict[str, float]]) -> Table:
 
 def _lamp_table(lamps: dict[float, tuple[Figures, float]]) -> Table:
     return Table(
-        "Tracking the circle by eight lamps (plant B, line 20 mm wide)",
+        "Tracking the circle with the sensor of eight lamps (plant B, line 20 mm wide)",
         (
-            "from lamp to lamp",
+            "lamp pitch",
             "largest position error [m]",
             "largest angle error [rad]",
             f"RMS position error after {LATE_S:g} s [mm]",

@@ -22,9 +22,9 @@ def chapter(quick: bool) -> Chapter:
         },
         record={},
         text=(
-            "The paper describes a chassis with two driving wheels in front, passive ones behind, "
-            f"{len(SENSOR_NAMES)} ultrasonic sensors, a grayscale sensor that sees the line on the "
-            "floor, and a camera. Here the robot is a disc with the same wheels and sensors; the "
-            "camera is left out, since nothing in the paper's strategy reads it.",
+            "The paper describes a chassis with two driving wheels in front, passive wheels "
+            f"behind, {len(SENSOR_NAMES)} ultrasonic sensors, a grayscale sensor that detects the "
+            "line on the floor, and a camera. Here the robot is a disc with the same wheels and "
+            "sensors. The camera is left out, because the paper's strategy does not use it.",
         ),
     )

@@ -77,7 +77,7 @@ def wheel_loop() -> str:
     """Draw the fuzzy-PID of one wheel (Figure 8b)."""
     base, fuzzy, rules = PidGains(), FuzzyPid(), rule_tables()[0].size
     boxes = [
-        Box(0.95, 1.2, "wanted wheel\nspeed (eq 13)", width=1.5),
+        Box(0.95, 1.2, "desired wheel\nspeed (eq 13)", width=1.5),
         Box(3.9, 3.0, f"E = s {fuzzy.error_scale:g} e\nEC = s {fuzzy.rate_scale:g} de/dt",
             "FuzzyPid"),
         Box(6.9, 3.0, f"{rules} rules, centroid\nFp, Fi, Fd", "fuzzy_pid.infer", width=2.5),

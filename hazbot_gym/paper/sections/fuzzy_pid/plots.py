@@ -46,8 +46,8 @@ def sign_trap() -> str:
     error = np.linspace(-2.6, 2.6, 105)
     base = PidGains()
     for sign, tables, color, name in (
-        (-1.0, "textbook", BLUE, "rules see actual minus wanted (s = -1, chosen)"),
-        (1.0, "textbook", RED, "rules see wanted minus actual (s = +1)"),
+        (-1.0, "textbook", BLUE, "rules see actual minus desired (s = -1, chosen)"),
+        (1.0, "textbook", RED, "rules see desired minus actual (s = +1)"),
         (-1.0, "symmetric", SOFT, "tables mirrored from their negative half"),
     ):
         table = gain_table(tables)
@@ -59,7 +59,7 @@ def sign_trap() -> str:
     start = paper_drive().nominal_speed_mps / Chassis().r
     axis.axvline(start, color=SOFT, linewidth=0.8, linestyle=":")
     axis.text(start, 1.0, "start from rest ", fontsize=8, ha="right", color=SOFT)
-    axis.set(xlabel="control error e of a wheel, wanted minus actual [rad/s]", ylabel="kp [-]")
+    axis.set(xlabel="control error e of a wheel, desired minus actual [rad/s]", ylabel="kp [-]")
     axis.set_ylim(0.0, 19.5)
     legend(axis, loc="upper left")
     return svg(figure)

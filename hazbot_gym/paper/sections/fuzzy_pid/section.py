@@ -43,19 +43,19 @@ def chapter(quick: bool) -> Chapter:
 
 def _text(printed: Left) -> tuple[str, ...]:
     return (
-        "Equations 10, 11 and 13 to 15 are taken as printed; that 11 is the derivative of 10 is a "
-        "test. Equation 12 as printed feeds back no position: at the end of a lap "
-        f"{printed.position_m:.3f} m of position error are left. The corrected law (12c) keeps its "
-        "form and its three gains, with the pose errors where the velocity errors stand; its error "
-        "can be shown to die out (Lyapunov), and does. The other two readings come within "
-        "5 mm of an earlier prototype (0.086 and 0.029 m); how it took the rates within "
-        "a step is not known.",
-        "The paper prints none of its 49 rules. Taken here are the textbook's (Liu, Advanced PID "
-        "Control), three tables of 7 x 7. They raise kp for negative errors only, so everything "
-        "depends on the sign with which they see the error: as actual minus wanted, the paper's "
-        "own convention of equation 10, they help a start from rest; the other way round the "
-        "fuzzy-PID is worse than the PID that it is compared with. Section 5.2 has the numbers, "
-        "also those of tables without that sign.",
+        "Equations 10, 11, and 13 to 15 are implemented as printed; a test checks that equation "
+        "11 is the derivative of equation 10. Equation 12 as printed has no position feedback: "
+        f"at the end of a lap, a position error of {printed.position_m:.3f} m remains. The "
+        "corrected law (12c) keeps the form and the three gains, and replaces the velocity "
+        "errors with pose errors. Its error provably converges to zero (Lyapunov), and does so "
+        "in the simulation. The other two readings come within 5 mm of an earlier prototype "
+        "(0.086 and 0.029 m); how the prototype evaluated the rates within a step is not known.",
+        "The paper does not print its 49 rules. The rules used here are those of a textbook "
+        "(Liu, Advanced PID Control): three tables of 7 x 7. They raise kp for negative errors "
+        "only, so the result depends on the sign convention of the error. With actual minus "
+        "desired, the paper's own convention in equation 10, the rules help a start from rest. "
+        "With the opposite sign, the fuzzy-PID is worse than the PID to which the paper compares "
+        "it. Section 5.2 has the numbers, including those for symmetric tables.",
     )
 
 
@@ -76,7 +76,7 @@ def _rule_tables() -> list[Table]:
 
 def _law_table(left: dict[str, Left]) -> Table:
     return Table(
-        "What is left at the end of a lap, by reading of equation 12 (plant A)",
+        "Errors left at the end of a lap, by reading of equation 12 (plant A)",
         ("law", "position error [m]", "angle error [rad]"),
         [
             (text, f"{left[law].position_m:.3f}", f"{left[law].angle_rad:.3f}")
@@ -90,31 +90,31 @@ def _pictures() -> tuple[Picture, ...]:
         Picture(
             "fuzzy-pid-surfaces",
             "Figure 7",
-            "The three outputs of the fuzzy-PID over error e and its rate ec, both scaled to "
-            "[-3, 3]: red raises a gain, blue lowers it. The paper's rules are not printed; these "
-            "are the textbook's.",
+            "The three outputs of the fuzzy-PID as a function of the error e and its rate ec, "
+            "both scaled to [-3, 3]: red raises a gain, blue lowers it. The paper does not print "
+            "its rules; these are the textbook's.",
             plots.surfaces(),
         ),
         Picture(
             "fuzzy-pid-loop",
             "Figure 8",
-            "The fuzzy-PID of one wheel with the paper's parameters; in blue, what does it in the "
-            "code.",
+            "The fuzzy-PID of one wheel with the paper's parameters; blue: the corresponding "
+            "function in the code.",
             blocks.wheel_loop(),
         ),
         Picture(
             "combined-controller",
             "Figure 9",
-            "The combined controller: trajectory tracking above, and below it the fuzzy speed "
-            "controller, which sets how fast the target moves on.",
+            "The combined controller: trajectory tracking (top) and the fuzzy speed controller "
+            "(bottom), which sets the speed of the target.",
             blocks.combined(),
         ),
         Picture(
             "sign-trap",
             "",
-            "The proportional gain over the control error of a wheel, at a rate of zero. A robot "
-            "that starts from rest begins at the right end. With the other sign the rules take "
-            "away there what they should give.",
+            "Proportional gain as a function of the control error of a wheel, at a rate of zero. "
+            "A start from rest begins at the right end. With the opposite sign, the rules lower "
+            "the gain there instead of raising it.",
             plots.sign_trap(),
         ),
     )

@@ -71,7 +71,7 @@ def robot(turn: Turn) -> str:
     axis.plot([x, 0.0], [y, turn.radius_m], color=SOFT, linewidth=0.9, linestyle="--")
     axis.plot([pivot_m, 0.0], [0.0, 0.0], color=INK, linewidth=0.9)
     axis.plot(0.0, turn.radius_m, "o", color=BLUE)
-    axis.annotate("centre of the turn", (0.0, turn.radius_m), xytext=(0.04, turn.radius_m - 0.02))
+    axis.annotate("center of the turn", (0.0, turn.radius_m), xytext=(0.04, turn.radius_m - 0.02))
     axis.annotate("M", (0.0, 0.0), xytext=(0.03, 0.03))
     axis.annotate("w2 (left)", (0.0, half), xytext=(0.14, half))
     axis.annotate("w1 (right)", (0.0, -half), xytext=(0.14, -half))

@@ -47,21 +47,21 @@ def chapter(quick: bool) -> Chapter:
             "circle": {"omega_radps": omega, "w1_radps": w1, "w2_radps": w2, "lap_s": lap_s},
         },
         text=(
-            "Equations 1 to 6 and 13 are taken as printed, with two corrections of the text: wheel "
-            "1 is the right one, and L is the full track. With the labels of the text, w1 > w2 "
-            "would turn the robot right, and a castor angle of 20 deg would give a wheel ratio of "
-            f"{turns[-1].ratio:.2f} instead of about {PAPER_RATIO}.",
-            "The paper's three numbers of Figure 3 agree to a few percent, not exactly: 20 deg "
-            f"give R = {by_angle.radius_m:.3f} m and a ratio of {by_angle.ratio:.4f}; a ratio of "
+            "Equations 1 to 6 and 13 are implemented as printed, with two corrections to the "
+            "text: wheel 1 is the right wheel, and L is the full track. With the labels in the "
+            "text, w1 > w2 would turn the robot right, and a castor angle of 20 deg would give a "
+            f"wheel ratio of {turns[-1].ratio:.2f} instead of about {PAPER_RATIO}.",
+            "The three numbers of Figure 3 agree to a few percent, not exactly: 20 deg gives R = "
+            f"{by_angle.radius_m:.3f} m and a ratio of {by_angle.ratio:.4f}; a ratio of "
             f"{PAPER_RATIO} gives {math.degrees(by_ratio.beta_rad):.2f} deg and "
             f"{by_ratio.radius_m:.3f} m; 1.17 m gives {math.degrees(by_radius.beta_rad):.2f} deg. "
-            f"An L1 of {1e3 * L1_m:.0f} mm instead of {1e3 * CHASSIS.L1:.0f} mm would give 1.17 m. "
-            "The angle turned (90 deg) is in none of the equations.",
-            "The paper calls 1.17 m the minimum radius, and in the same section the robot turns on "
-            "the spot. It is read as the radius at which the castor reaches about 20 deg, not "
-            "as a limit of the drive.",
-            f"The circle of section 5.2 at {SPEED_MPS} m/s takes {omega:.5f} rad/s, wheel speeds "
-            f"of {w1:.4f} and {w2:.4f} rad/s and {lap_s:.2f} s a lap.",
+            f"With an L1 of {1e3 * L1_m:.0f} mm instead of {1e3 * CHASSIS.L1:.0f} mm, 20 deg "
+            "would give 1.17 m. The angle turned (90 deg) appears in none of the equations.",
+            "The paper calls 1.17 m the minimum radius, but the same section says that the robot "
+            "turns in place. The value is therefore read as the radius at which the castor "
+            "reaches about 20 deg, not as a limit of the drive.",
+            f"At {SPEED_MPS} m/s, the circle of section 5.2 requires a turn rate of {omega:.5f} "
+            f"rad/s and wheel speeds of {w1:.4f} and {w2:.4f} rad/s. A lap takes {lap_s:.2f} s.",
         ),
         tables=(
             Table(
@@ -82,15 +82,15 @@ def chapter(quick: bool) -> Chapter:
             Picture(
                 "castor-turning",
                 "Figure 3",
-                "Turning radius and wheel ratio over the castor angle by equations 5 and 6. The "
-                "paper's point lies beside the curve by 2 percent in radius.",
+                "Turning radius and wheel ratio as a function of the castor angle, by equations "
+                "5 and 6. The paper's point is 2 percent off the curve in radius.",
                 plots.turning(turns),
             ),
             Picture(
                 "castor-robot",
                 "Figure 2",
-                "The robot from above at a castor angle of 20 deg: the axles of all wheels meet in "
-                "the centre of the turn, which is what equation 6 says.",
+                "The robot from above at a castor angle of 20 deg. The axles of all wheels meet "
+                "at the center of the turn, as equation 6 requires.",
                 plots.robot(by_angle),
             ),
         ),

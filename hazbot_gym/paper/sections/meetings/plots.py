@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 SHOWN_S = 18.0
 MARKED_S = 1.0  # between two markers of a path, as in the paper
 
-Told = Sequence[tuple[str, float]]  # events reported in the paper
+PaperEvents = Sequence[tuple[str, float]]  # events reported in the paper
 
 
 def meeting(
-    run: Meeting, found: Events, paper: Told, *, is_measured: bool = False, others: Any = ()
+    run: Meeting, found: Events, paper: PaperEvents, *, is_measured: bool = False, others: Any = ()
 ) -> str:
     """Draw a meeting from above, and below it speed and distance over time.
 

@@ -23,8 +23,8 @@ def chapter(quick: bool) -> Chapter:
     """Run the section; the paper reports no number of it."""
     generations = 2 if quick else GENERATIONS
     searched = {
-        aim: [nearest(who, generations=generations, seed=seed) for seed in range(SEARCHES)]
-        for aim, who in AIMS.items()
+        aim: [nearest(controllers, generations=generations, seed=seed) for seed in range(SEARCHES)]
+        for aim, controllers in AIMS.items()
     }
     named = {
         f"{aim}, search {number}": found
@@ -33,14 +33,14 @@ def chapter(quick: bool) -> Chapter:
     }
     return Chapter(
         number="5.2a",
-        title="Which motor? Plants searched for the eight figures",
+        title="Motor identification from the eight figures",
         here={},
         record={name: _record(found) for name, found in named.items()},
         text=_text(searched),
         tables=(
             _plant_table(named),
             figure_table(
-                "What these plants come to, beside the paper",
+                "Figures of these plants, compared with the paper",
                 {
                     f"{name}, {controller}": four
                     for name, found in named.items()
@@ -52,8 +52,8 @@ def chapter(quick: bool) -> Chapter:
             Picture(
                 "motor-misses",
                 "",
-                "How far the eight figures of section 5.2 are missed on plant B and on the plants "
-                "found; grey: the tolerance of a fit.",
+                "Differences from the eight figures of section 5.2 on plant B and on the plants "
+                "found; gray: the tolerance for a fit.",
                 plots.misses(
                     {
                         name: differences(plant, tuple(LOOPS))
@@ -83,20 +83,26 @@ def _text(searched: Searched) -> tuple[str, ...]:
     unlike = max(_times_as_strong(found.plant.a) for found in eight)
     of_pid = max(_off(found.plant, "PID") for found in four)
     b = PLANTS["B"]
-    so = "they confirm no motor" if worst <= FIT else "a longer search comes nearer"
+    conclusion = (
+        ", so the figures do not identify the motor"
+        if worst <= FIT
+        else "; a longer search may come closer"
+    )
     return (
-        f"The paper prints no motor, so {tries} were tried: differential evolution over all six "
-        "numbers of a plant, for the least of the largest relative difference from the paper's "
-        f"figures. The four of the fuzzy-PID are met within {100.0 * worst:.1f} % by motors of "
-        f"gain K = {_listed(four, 'K')} and time constant {_listed(four, 'T1')} s, and within "
-        f"{100.0 * _off(b, 'fuzzy-PID'):.0f} % by plant B with K = {b.K:g} and {b.T1:g} s: {so}. "
-        f"On the plants found the PID is off by up to {100.0 * of_pid:.0f} %.",
-        f"The plant nearest to all eight misses by {100.0 * best:.0f} %, where the tolerance for a "
-        f"fit is {100.0 * FIT:.0f} % (plant C, the nearest that an earlier prototype "
-        f"found, by {100.0 * _off(PLANTS['C'], *LOOPS):.0f} %). Such plants have one motor up to "
-        f"{unlike:.1f} times as strong as the other, of "
-        f"{_times_as_strong(LEVELS['a'][1]):.0f} times that were allowed. So within these bounds "
-        "no motor of this kind was found that gives what the paper reports of both controllers.",
+        f"The paper does not specify the motor, so {tries} plants were tried. Differential "
+        "evolution searched all six parameters of a plant for the smallest maximum relative "
+        "difference from the paper's figures. The four figures of the fuzzy-PID are met within "
+        f"{100.0 * worst:.1f} % by motors with gains K = {_listed(four, 'K')} and time constants "
+        f"of {_listed(four, 'T1')} s, and within {100.0 * _off(b, 'fuzzy-PID'):.0f} % by plant B "
+        f"with K = {b.K:g} and {b.T1:g} s{conclusion}. On the plants found, the PID is off by up "
+        f"to {100.0 * of_pid:.0f} %.",
+        f"The plant closest to all eight figures differs by {100.0 * best:.0f} %, where the "
+        f"tolerance for a fit is {100.0 * FIT:.0f} %. Plant C, the closest that an earlier "
+        f"prototype found, differs by {100.0 * _off(PLANTS['C'], *LOOPS):.0f} %. In the "
+        f"plants found for all eight figures, one motor is up to {unlike:.1f} times as strong as "
+        "the other; a ratio of up to "
+        f"{_times_as_strong(LEVELS['a'][1]):.0f} was allowed. Within these bounds, no motor of "
+        "this kind was found that gives the figures that the paper reports for both controllers.",
     )
 
 
@@ -116,8 +122,8 @@ def _times_as_strong(mismatch: float) -> float:
 
 def _plant_table(named: dict[str, Nearest]) -> Table:
     return Table(
-        "The plants found, by what they were to be nearest to",
-        ("nearest to", "K", "T1 [s]", "T2 [s]", "Tf [s]", "a", "u_max", "farthest off"),
+        "The plants found, by the figures they were fitted to",
+        ("fitted to", "K", "T1 [s]", "T2 [s]", "Tf [s]", "a", "u_max", "largest difference"),
         [
             (name, *_shown(found.plant), f"{100.0 * found.miss:.1f} %")
             for name, found in named.items()

@@ -18,14 +18,15 @@ def chapter(quick: bool) -> Chapter:
         record={"labels": labels, "limits": limits()},
         text=(
             "The paper names four patterns and draws them (Figure 5), but does not say how the "
-            "robot tells one from another. Here a pattern follows from the headings, the bearing, "
-            "and how near the two would pass if both went straight on; it is given when somebody "
-            f"comes within {SOCIAL_M:g} m and kept while they stay there. The same definition "
-            "counts the patterns among recorded pedestrians (docs/people.md).",
+            "robot distinguishes them. Here the pattern is determined by the headings, the "
+            "bearing, and the distance at which robot and human would pass if both continued "
+            f"straight. It is assigned when a human comes within {SOCIAL_M:g} m and kept while "
+            "the human stays within that distance. The same definition is used to count the "
+            "patterns among recorded pedestrians (docs/people.md).",
         ),
         tables=(
             Table(
-                "Where one pattern ends and the next begins (our choice)",
+                "Limits between the patterns (our choice)",
                 ("limit", "value"),
                 [(name, f"{value:g}") for name, value in limits().items()],
             ),
@@ -34,8 +35,9 @@ def chapter(quick: bool) -> Chapter:
             Picture(
                 "patterns",
                 "Figure 5",
-                "The four patterns: the robot (square) and a human (circle) with where they will "
-                f"be {plots.AHEAD_S:g} s later. The titles are what the library recognises.",
+                "The four patterns: the robot (square) and a human (circle), with their "
+                f"positions {plots.AHEAD_S:g} s later. The titles are the patterns that the "
+                "library recognizes.",
                 plots.scenes(),
             ),
         ),

@@ -59,12 +59,12 @@ def measure(seeds: int) -> Readings:
     # A wall perpendicular to the heading; offset of the front sensors from M.
     wall_y = WALL_M + sonar.mount_radius_m * math.cos(sonar.front_angle_rad)
     walls = np.array([[-5.0, wall_y, 5.0, wall_y]])
-    nobody = records(PERSON, 0).view(np.recarray)
+    no_people = records(PERSON, 0).view(np.recarray)
     rows = []
     for seed in range(seeds):
         for k in range(READINGS):
             key, ranges = np.uint64(seed), np.empty(SENSORS)
-            sense_ranges(robot, nobody, walls, sonar, key, k, ranges)
+            sense_ranges(robot, no_people, walls, sonar, key, k, ranges)
             wheel, _, heading = measurement_noise(drive, key, k)
             hub_mps = WHEEL_MPS + wheel * drive.chassis.r
             rows.append((hub_mps, ranges[FRONT_LEFT], HEADING_RAD + heading))

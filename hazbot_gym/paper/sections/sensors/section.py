@@ -45,17 +45,18 @@ def chapter(quick: bool) -> Chapter:
         },
         record={"means": means, "half_widths": list(widths), "readings": SEEDS * READINGS},
         text=(
-            "The paper measures a driving wheel at 0.5 m/s, the robot's angle at 90 deg and a wall "
-            "at 1 m, and prints five readings of each. The headings of the columns "
-            '"Angle (rad)" and "Ultra (m)" are swapped: 1.57 is a right angle in radians and 1.00 '
-            "is the wall. Read so, table and text agree, with errors of ±0.002 m/s, ±0.002 rad and "
-            "±0.03 m, which are the half widths of this library's noise. Its readings are compared "
-            f"by the mean of {SEEDS * READINGS}, and the half widths by their extremes: "
-            f"{widths[0]:.4f} m/s, {widths[2]:.4f} rad and {widths[1]:.4f} m.",
+            "The paper measures a driving wheel at 0.5 m/s, the robot's angle at 90 deg, and a "
+            'wall at 1 m, and prints five readings of each. The headings of the columns "Angle '
+            '(rad)" and "Ultra (m)" are swapped: 1.57 is a right angle in radians, and 1.00 is '
+            "the distance to the wall. With the headings corrected, table and text agree, with "
+            "errors of ±0.002 m/s, ±0.002 rad, and ±0.03 m, which are the half-widths of the "
+            "sensor noise in this library. The readings are compared by the mean of "
+            f"{SEEDS * READINGS} simulated readings, and the half-widths by their extremes: "
+            f"{widths[0]:.4f} m/s, {widths[2]:.4f} rad, and {widths[1]:.4f} m.",
         ),
         tables=(
             Table(
-                "Table 2 with its columns named right",
+                "Table 2 with corrected column headings",
                 ("point", "hub motor [m/s]", "distance [m]", "heading [rad]"),
                 [
                     (str(row), *(f"{value:.3f}" for value in printed))
@@ -67,8 +68,8 @@ def chapter(quick: bool) -> Chapter:
             Picture(
                 "sensor-readings",
                 "Table 2",
-                "Simulated readings (blue) and the five printed ones (crosses), each at its own "
-                "height; grey: the half width that the text gives.",
+                "Simulated readings (blue) and the five printed readings (crosses), offset "
+                "vertically; gray: the half-width stated in the text.",
                 plots.readings(found, (0.002, 0.03, 0.002)),
             ),
         ),

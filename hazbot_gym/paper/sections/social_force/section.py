@@ -47,37 +47,37 @@ def chapter(quick: bool) -> Chapter:
             "forces_on_the_robot_n": {**robot._asdict(), "total": robot.total},
         },
         text=(
-            "Equation 7 adds three forces; the paper gives no law for any of them and no constant, "
-            "so nothing in it can be checked. Taken are the forces of Helbing and Molnar (1995, "
-            "Physical Review E 51, 4282): with their published constants for the robot, and for "
-            "people with four constants calibrated on pedestrians recorded in corridors. How well "
-            "people then walk like recorded ones is on docs/people.md.",
-            "Equation 8a makes a speed policy of it, social_force: the total force along the "
-            "robot's way gives its acceleration. Helbing and Molnar's forces are per unit mass, so "
-            "that the robot's 34 kg cancel; in the drawn situation its total force is "
-            f"{robot.total[0]:.0f} N along its way. {_as_strategy(found)}",
-            "Equation 8b takes v(t) t off the distance and does not say what t is. As a fixed "
-            "horizon it makes the robot act earlier; no reported event needs it, and it is off by "
-            "default.",
-            "Hall's distances are as in the paper, but for the last: 25 feet are 7.62 m, which he "
-            f"gives as {PHASE_BOUNDS_M[-1]:g} m and the paper as 7.50 m. The paper's avoidance "
-            "range of 1.5 to 3.0 m lies within the social distance.",
+            "Equation 7 adds three forces. The paper gives neither force laws nor constants, so "
+            "the equation cannot be checked. The forces used here are those of Helbing and "
+            "Molnar (1995, Physical Review E 51, 4282). The robot uses their published "
+            "constants; for people, four constants are calibrated on pedestrians recorded in "
+            "corridors. docs/people.md compares the simulated people with recorded ones.",
+            "Equation 8a turns the forces into a speed policy, social_force: the total force in "
+            "the robot's direction of travel gives its acceleration. Helbing and Molnar's forces "
+            "are per unit mass, so the robot's 34 kg cancel. In the situation of Figure 4, the "
+            f"total force in that direction is {robot.total[0]:.0f} N. {_as_strategy(found)}",
+            "Equation 8b subtracts v(t) t from the distance and does not define t. Read as a "
+            "fixed horizon, t makes the robot react earlier. No reported event requires it, so "
+            "it is off by default.",
+            "Hall's distances are as in the paper, except for the last: 25 feet are 7.62 m, "
+            f"which Hall gives as {PHASE_BOUNDS_M[-1]:g} m and the paper as 7.50 m. The paper's "
+            "avoidance range of 1.5 to 3.0 m lies within the social distance.",
         ),
         tables=(_constants(), _policy_table(found)),
         pictures=(
             Picture(
                 "social-forces",
                 "Figure 4",
-                "Forces on a robot at 0.35 m/s and a curious human of 80 kg who comes the other "
-                "way at 0.9 m/s, by Helbing and Molnar's constants; arrows are drawn to the scale "
-                "below left.",
+                "Forces on a robot at 0.35 m/s and on a curious human of 80 kg walking in the "
+                "opposite direction at 0.9 m/s, with Helbing and Molnar's constants. The scale "
+                "of the arrows is at the lower left.",
                 plots.situation(),
             ),
             Picture(
                 "social-force-repulsion",
                 "",
-                "How people who keep their distance repel each other over the clearance between "
-                "them: the published law, and as calibrated.",
+                "Repulsion between two people as a function of their clearance, with the "
+                "published and with the calibrated constants.",
                 plots.repulsion(),
             ),
             Picture(
@@ -95,21 +95,22 @@ def _as_strategy(found: dict[tuple[str, str], Events]) -> str:
     """Describe the policy in comparison with the fuzzy strategy, which never moves within 1.5 m."""
     plain, strong = ({s: found[name, s] for s in SCENARIOS} for name in FORCES)
     return (
-        "It answers to clearance alone, and lets the robot come much nearer than the fuzzy "
-        f"strategy: as published it moves within {SENSITIVE_M:g} m of the human for "
-        f"{plain['E*'].moving_inside_s:.1f} s in E* and comes to {plain['C*'].least_m:.2f} m in "
-        f"C*. Four times as strong it keeps {strong['C*'].least_m:.2f} m there, and still moves "
-        f"within {SENSITIVE_M:g} m for {strong['E*'].moving_inside_s:.1f} s in E*: somebody beside "
-        "the robot pushes it neither back nor on, so it sets off before the human has gone by. By "
-        f"the criteria of section 3.2.3 that is unsafe; what the force lacks is the fuzzy "
-        "strategy's stop within the sensitive distance."
+        "The policy responds to clearance alone and lets the robot come much closer than the "
+        f"fuzzy strategy does. As published, it moves within {SENSITIVE_M:g} m of the human for "
+        f"{plain['E*'].moving_inside_s:.1f} s in E* and comes within {plain['C*'].least_m:.2f} m "
+        "in C*. With forces four times as strong, the minimum distance in C* is "
+        f"{strong['C*'].least_m:.2f} m, but the robot still moves within {SENSITIVE_M:g} m for "
+        f"{strong['E*'].moving_inside_s:.1f} s in E*: a human beside the robot pushes it neither "
+        "back nor forward, so the robot sets off before the human has passed. By the criteria of "
+        "section 3.2.3, this is unsafe: the social force lacks the fuzzy strategy's stop within "
+        "the sensitive distance."
     )
 
 
 def _constants() -> Table:
     published, ours = HELBING_MOLNAR_1995._asdict(), SocialForce()._asdict()
     return Table(
-        "Constants of the social force: published, and of people here",
+        "Constants of the social force: published, and calibrated for people",
         ("constant", "Helbing and Molnar 1995", "here"),
         [(name, published[name], ours[name]) for name in ours],
     )

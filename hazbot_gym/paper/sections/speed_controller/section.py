@@ -58,23 +58,24 @@ def chapter(quick: bool) -> Chapter:
             Picture(
                 "speed-memberships",
                 "Figure 6",
-                "Terms of distance (a), of the human's speed (b), of the pattern (c) and of the "
-                "speed kept (d); dotted: the Gaussian options. Grey: the robot stands up to 1.5 m "
-                "and does not react beyond 3.0 m.",
+                "Terms of the distance (a), the human's speed (b), the pattern (c), and the "
+                "speed factor (d); dotted: the Gaussian options. Gray: the robot stands still "
+                "within 1.5 m and does not react beyond 3.0 m.",
                 plots.memberships(),
             ),
             Picture(
                 "speed-surfaces",
                 "",
-                "The share of its speed that the robot keeps, over the distance and the human's "
-                "speed, for each pattern.",
+                "Speed factor as a function of the distance and the human's speed, for each "
+                "pattern.",
                 plots.surfaces(),
             ),
             Picture(
                 "speed-over-distance",
                 "",
-                "The same over the distance for a human at 0.5 m/s, by pattern (left); and what "
-                "equation 8b changes (right): the robot acts earlier by its speed times t.",
+                "Left: speed factor as a function of the distance for a human at 0.5 m/s, by "
+                "pattern. Right: effect of equation 8b, with which the robot reacts at a "
+                "distance larger by its speed times t.",
                 plots.over_distance(HORIZONS_S),
             ),
         ),
@@ -93,36 +94,37 @@ def _text(
     kept = kept_fraction(2.25, 0.5, 1, FuzzyExpert().controller)
     no_gate = found["no limit and no shoulder at 3.0 m"]["E*"]
     return (
-        "The inputs are distance, the human's speed and the pattern; the output is the share of "
-        "the nominal speed that is kept. Table 1 prints 8 of the 32 combinations of terms. The "
-        "other 24 are filled in so that DS stops for every pattern, DF never slows, and the speed "
-        "kept never grows with a smaller distance or a faster human; the printed 8 are among them "
-        f"unchanged. At 2.25 m from somebody encountering at 0.5 m/s, {kept:.3f} is kept.",
-        "The text leaves much open, and most of it matters. Every reading in `experiment.py` was "
-        "run in the paper's two scenarios; it is unsafe if the robot moves for more than "
-        f"{experiment.LONG_S:g} s while the human is within {SENSITIVE_M:g} m, or into the human, "
-        "and degenerate if it never recovers, never stops for somebody who comes to 0.8 m, or is "
-        f"slow for more than {experiment.ASTRAY_S:g} s while the human is beyond "
-        f"{AVOIDANCE_M:g} m. "
-        f"{len(bad)} of {len(verdicts)} are one or the other, or so for a shorter time: "
-        f"{'; '.join(bad)}.",
-        "The 8 printed rules alone: for somebody who comes straight at it the robot keeps "
-        f"{literal.slowest_mps:.2f} m/s and "
-        f"{'drives into the human' if literal.hits else 'passes'}; with the 32 rules it stands "
-        f"after {complete.stops_s:.1f} s. Taken literally as what is taken away, the percentages "
-        "stop the robot far from people and let it go near them. The recursive reading, in which "
-        "v(t) is the present speed, stops and never starts again.",
-        "Rows that differ from an earlier prototype do so for three reasons. Its "
-        "human carried the pattern from the start, whereas here it is recognised within "
-        f"{SOCIAL_M:g} m: without the limit at 3.0 m its robot slowed at 0.6 s, because far away "
-        "the tail of DS, the widest set, outlasts the others; here it decelerates at "
-        f"{no_gate.decelerates_s:.1f} s, and equation 8b with the elapsed time begins later in C*. "
-        "Its speed jumped, whereas the drive here brakes and speeds up within limits even where it "
-        "is ideal. And its people had no bodies: where the percentages are taken away it passed "
-        f"at 0.48 m between centres, here the two touch at {RADII_M:g} m. With a pattern known "
-        "from the start and a speed that jumps, the same readings give the prototype's times. The "
-        "robot with four ultrasonic sensors moves less near people than the prototype's, because "
-        "here it carries on for a while whoever leaves a cone.",
+        "The inputs are the distance, the human's speed, and the pattern; the output is the "
+        "share of the nominal speed that the robot keeps (the speed factor). Table 1 prints 8 of "
+        "the 32 combinations of terms. The other 24 are completed so that DS stops the robot for "
+        "every pattern, DF never slows it, and the speed factor never increases with a smaller "
+        "distance or a faster human. The 8 printed rules are unchanged. At 2.25 m from an "
+        f"encountering human at 0.5 m/s, the speed factor is {kept:.3f}.",
+        "The text leaves many choices open, and most of them affect the result. Each reading in "
+        "`experiment.py` was run in the paper's two scenarios. A reading is unsafe if the robot "
+        f"moves for more than {experiment.LONG_S:g} s while the human is within {SENSITIVE_M:g} "
+        "m, or drives into the human. It is degenerate if the robot never recovers, never stops "
+        f"for a human who comes within 0.8 m, or is slow for more than {experiment.ASTRAY_S:g} s "
+        f"while the human is beyond {AVOIDANCE_M:g} m. {len(bad)} of {len(verdicts)} readings "
+        f"have one of these defects, or have it for a shorter time: {'; '.join(bad)}.",
+        f"With only the 8 printed rules, the robot keeps {literal.slowest_mps:.2f} m/s toward a "
+        f"human on a head-on course and {'drives into the human' if literal.hits else 'passes'}; "
+        f"with the 32 rules, it stands still after {complete.stops_s:.1f} s. If the percentages "
+        "are read literally as the share removed, the robot stops far from people and drives "
+        "near them. With the recursive reading, in which v(t) is the present speed, the robot "
+        "stops and never starts again.",
+        "Rows that differ from an earlier prototype do so for three reasons. First, the "
+        "prototype's human had a pattern from the start, whereas here the pattern is recognized "
+        f"within {SOCIAL_M:g} m. Without the limit at 3.0 m, the prototype's robot slowed down at "
+        "0.6 s, because far away the tail of DS, the widest set, dominates the others. Here the "
+        f"robot decelerates at {no_gate.decelerates_s:.1f} s, and equation 8b with the elapsed "
+        "time takes effect later in C*. Second, the prototype's speed changed instantly, whereas "
+        "even the ideal drive here has acceleration limits. Third, the prototype's people had no "
+        "bodies: where the percentages are removed, its robot passed at 0.48 m between centers, "
+        f"whereas here contact occurs at {RADII_M:g} m. With a pattern known from the start and "
+        "instantaneous speed changes, the same readings give the prototype's times. The robot "
+        "with four ultrasonic sensors moves less near people than the prototype's robot, because "
+        "here a human who leaves a sensor cone is still tracked for a while.",
     )
 
 
@@ -157,7 +159,7 @@ def _reading_table(found: dict[str, dict[str, Events]], verdicts: dict[str, str]
         values = [value for scenario in experiment.SCENARIOS for value in _cells(each[scenario])]
         rows.append((name, *values, verdicts[name]))
     return Table(
-        "Readings compared: times [s], least distance [m], seconds of moving within 1.5 m",
+        "Comparison of readings: times [s], minimum distance [m], time moving within 1.5 m [s]",
         head,
         rows,
     )

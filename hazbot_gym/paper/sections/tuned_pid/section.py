@@ -40,7 +40,7 @@ def chapter(quick: bool) -> Chapter:
     found = _run(*(QUICK if quick else FULL))
     return Chapter(
         number="3.3b",
-        title="Is it the fuzziness? Fuzzy-PID and PID tuned alike",
+        title="Effect of the fuzzy rules: fuzzy-PID and PID tuned alike",
         here={},
         record=_record(found),
         text=_text(found),
@@ -124,38 +124,41 @@ def _text(found: Found) -> tuple[str, ...]:
     bounded = _by_disturbance(found)["saturation"]["tuned fuzzy-PID", "tuned PID"]
     lost = ", ".join(f"{name} {experiment.lost(found.rows, name)}" for name in found.controllers)
     return (
-        "The paper's PID was tuned by nobody. With the same search of "
-        f"{fixed.laps} laps each, on plant B, a PID within the gains that the paper's fuzzy-PID "
-        f"can reach comes to {fixed.objective:.2f} of the paper's PID's four figures in the mean, "
-        f"the fuzzy-PID of the paper to {of_paper:.2f}, and a tuned fuzzy-PID to "
-        f"{tuned['tuned fuzzy-PID'].objective:.2f}. Of the paper's spans k_1 = {SPAN.kp_span:g}, "
-        f"k_2 = {SPAN.ki_span:g}, k_3 = {SPAN.kd_span:g} the search leaves the rules "
-        f"{spans['kp_span']:.2f} for kp, {spans['ki_span']:.2f} for ki and "
-        f"{spans['kd_span']:.2f} for kd, on initial gains of {base['kp']:.1f}, {base['ki']:.1f} "
-        f"and {base['kd']:.1f}; a span of 0 means a fixed gain.",
-        f"The bound on the gains decides the rest: the tuned kp is {fixed.drive['pid']['kp']:.1f} "
-        f"where {experiment.MOST[0]:.1f} are allowed, and with {ROOM:g} times the room a PID comes "
-        f"to {wide.objective:.2f} with a kp of {wide.drive['pid']['kp']:.1f}. A linear motor "
-        "without noise or limit rewards larger gains. The comparison says who makes more of "
-        "the same bounds, not which gains a real motor would bear.",
-        f"On the {right.plants} plants with matched wheels, undisturbed, both of "
-        f"the paper's controllers keep to the circle on {right.kept}, and the fuzzy-PID is better "
-        f"in all four published figures on {right.in_all} of these, with median ratios of "
-        f"{_listed(right.median_ratios)} (an earlier prototype: on 44 % of 16, with "
-        "0.75, 0.64, 1.00, 0.98; which four it left out it does not say). With the other sign (s = "
-        f"+1) it is so on {wrong.in_all} of {wrong.kept}, with {_listed(wrong.median_ratios)}.",
-        f"Over {len(found.rows) // len(found.controllers)} cases (these plants with and without "
-        "mismatched wheels, under no disturbance, sensor noise, a load, and saturation) "
-        "controllers are judged by the largest and the RMS errors of position and angle, since "
-        "under noise no time of convergence means much. The paper's fuzzy-PID beats its PID in all "
-        f"four errors in {paper.in_all:.0%} and on average in {paper.on_average:.0%} of the "
-        f"{paper.cases} cases in which at least one of the two keeps to the circle. But the tuned "
-        f"PID beats that PID on average in {to_pid.on_average:.0%}, and the fuzzy-PID of the paper "
-        f"beats the tuned PID in {to_tuned.on_average:.0%}. A tuned fuzzy-PID is better than a "
-        f"tuned PID on average in {both.on_average:.0%}, with a median ratio of errors of "
-        f"{both.median_ratio:.3f}; under saturation alone in {bounded.on_average:.0%}. Cases in "
-        "which the robot is lost by more than "
-        f"{experiment.LOST_M:g} m: {lost}.",
+        "The paper's PID is not tuned. For comparison, controllers were tuned on plant B with "
+        f"the same search of {fixed.laps} laps each. The objective is the mean of the four "
+        "figures of section 5.2, each relative to that of the paper's PID. A PID with gains "
+        f"within the range of the paper's fuzzy-PID reaches {fixed.objective:.2f}, the paper's "
+        f"fuzzy-PID {of_paper:.2f}, and a tuned fuzzy-PID "
+        f"{tuned['tuned fuzzy-PID'].objective:.2f}. In place of the paper's spans k_1 = "
+        f"{SPAN.kp_span:g}, k_2 = {SPAN.ki_span:g}, k_3 = {SPAN.kd_span:g}, the search chooses "
+        f"{spans['kp_span']:.2f} for kp, {spans['ki_span']:.2f} for ki, and "
+        f"{spans['kd_span']:.2f} for kd, with initial gains of {base['kp']:.1f}, "
+        f"{base['ki']:.1f}, and {base['kd']:.1f}. A span of 0 means a fixed gain.",
+        "The bound on the gains determines the rest. The tuned kp is "
+        f"{fixed.drive['pid']['kp']:.1f} with a bound of {experiment.MOST[0]:.1f}; with bounds "
+        f"{ROOM:g} times as large, a PID reaches {wide.objective:.2f} with a kp of "
+        f"{wide.drive['pid']['kp']:.1f}. A linear motor without noise or limits rewards larger "
+        "gains. The comparison shows which controller performs better within the same bounds, "
+        "not which gains a real motor would tolerate.",
+        f"Of the {right.plants} plants with matched wheels, undisturbed, both of the paper's "
+        f"controllers stay on the circle on {right.kept}. On {right.in_all} of these, the "
+        "fuzzy-PID is better in all four published figures; the median ratios of fuzzy-PID to "
+        f"PID are {_listed(right.median_ratios)}. An earlier prototype found this on 44 % of 16 "
+        "plants, with ratios of 0.75, 0.64, 1.00, 0.98; it does not say which four plants it "
+        f"left out. With the opposite sign (s = +1), the fuzzy-PID is better on {wrong.in_all} of "
+        f"{wrong.kept}, with ratios of {_listed(wrong.median_ratios)}.",
+        f"The sweep has {len(found.rows) // len(found.controllers)} cases: these plants with and "
+        "without mismatched wheels, with no disturbance, sensor noise, a load, or saturation. "
+        "Controllers are compared by the largest and the RMS errors of position and angle, "
+        "because convergence times mean little under noise. The paper's fuzzy-PID beats its PID "
+        f"in all four errors in {paper.in_all:.0%} and on average in {paper.on_average:.0%} of "
+        f"the {paper.cases} cases in which at least one of the two stays on the circle. However, "
+        f"the tuned PID beats the paper's PID on average in {to_pid.on_average:.0%}, and the "
+        f"paper's fuzzy-PID beats the tuned PID in {to_tuned.on_average:.0%}. A tuned fuzzy-PID "
+        f"is better than a tuned PID on average in {both.on_average:.0%}, with a median error "
+        f"ratio of {both.median_ratio:.3f}; under saturation alone, it is better in "
+        f"{bounded.on_average:.0%}. Number of cases in which the robot leaves the circle by more "
+        f"than {experiment.LOST_M:g} m: {lost}.",
     )
 
 
@@ -220,7 +223,7 @@ def _grid_table(grids: dict[str, Grid]) -> Table:
 
 def _sweep_table(found: Found) -> Table:
     return Table(
-        "Who beats whom on average of the four errors (in all four), by disturbance",
+        "Share of cases won on average of the four errors (in all four), by disturbance",
         ("", *experiment.DISTURBANCES),
         [
             (
@@ -241,14 +244,14 @@ def _pictures(found: Found) -> tuple[Picture, ...]:
         Picture(
             "tuned-controllers",
             "",
-            "The four figures of section 5.2 for each controller on each plant: less is better.",
+            "The four figures of section 5.2 for each controller on each plant; lower is better.",
             plots.controllers(found.plants),
         ),
         Picture(
             "fuzzy-pid-wins",
             "",
-            "In which share of plants and disturbances one controller beats another; a controller "
-            "that is lost has lost.",
+            "Share of plants and disturbances in which one controller beats another. A "
+            "controller that leaves the circle counts as beaten.",
             plots.wins(
                 [(*pair, each.in_all, each.on_average) for pair, each in found.wins.items()]
             ),
