@@ -22,7 +22,7 @@ def ask(
     """Return a policy's most likely action and its next inner state.
 
     Raises:
-        InvalidInput: The policy returns anything else.
+        InvalidInput: The policy does not return an action and a state.
     """
     answer = policy.predict(
         observation, state=state, episode_start=episode_start, deterministic=True

@@ -50,7 +50,7 @@ def encounters(episode: Episode, c: Floats) -> Row:
     ``ttc_min_s``: least time until robot and person touch if both keep their velocities.
     ``ttc_exposed_s``: ``TET = sum dt 1[TTC < 1.5 s]`` (Minderhoud and Bovy 2001).
     ``drac_max_mps2``: ``max u_i^2 / (2 c_i)`` with closing speed u_i >= 0, while clear.
-    ``drac_share``: share of instants at which it exceeds the drive's deceleration.
+    ``drac_share``: share of instants at which this value exceeds the drive's deceleration.
     ``post_encroachment_s``: see ``post_encroachment_s``.
     """
     if episode.people.shape[1] == 0:
@@ -84,7 +84,8 @@ def times_to_collision(episode: Episode) -> Floats:
 def post_encroachment_s(episode: Episode) -> float:
     """Return the least post-encroachment time over walking people; infinite if paths never cross.
 
-    Time between one leaving a place and the other reaching it: ``core/post_encroachment.py``.
+    The time from the robot or the person leaving a place to the other's arrival there:
+    ``core/post_encroachment.py``.
     """
     least = np.inf
     for person in np.moveaxis(episode.people, 1, 0):

@@ -98,7 +98,7 @@ def social_work(
         pose: (T + 1, 3) of the robot: x, y [m], heading [rad].
         speed_mps: (T + 1,) of the robot.
         people: (T + 1, K, 5) as in ``Episode``.
-        robot_radius_m: Its radius.
+        robot_radius_m: Radius of the robot.
         step_time_s: Anticipation time of a step [s].
         strength_mps2: V0/sigma.
         range_m: sigma.

@@ -70,7 +70,7 @@ def _processes(spawn: SpawnContext, count: int) -> Iterator[ProcessPoolExecutor]
 
 
 def _begin(listening: Connection, has_spoken: bool) -> None:
-    """Let Ctrl-C end a worker quietly, and the end of its parent, or of its pool, at once.
+    """End a worker quietly on Ctrl-C, and at once when its parent or its pool ends.
 
     A killed parent cannot notify its workers, but the system closes its end of the pipe; otherwise
     they would finish their tasks beside the workers of a resumed run. Warnings about places and

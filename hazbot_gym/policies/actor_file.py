@@ -2,7 +2,8 @@
 
 The file holds the arrays of ``actor.Actor`` and JSON metadata: format version, algorithm, tier, the
 observation table, provenance and results. Reading executes no code from the file, and rejects a
-file with another observation table than the library's: a moved field would be misread silently.
+file whose observation table differs from the library's, since a moved field would be misread
+without an error.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ _COMPARED = ("name", "unit", "low", "high", "scale")
 
 
 class _NoActor(ValueError):
-    """The content of a file is no actor; the message gives the reason."""
+    """A file that does not contain a valid actor; the message gives the reason."""
 
 
 class Trained(NamedTuple):
@@ -276,8 +277,8 @@ A speed policy for the environments of hazbot_gym, trained with {about["algorith
 {corrects}- **Network**: {sizes}, {about["activation"]}.
 - **Use**: `hazbot eval --policy learned:path={name}.npz`, or
   `hazbot_gym.policies.make("learned:path={name}.npz")`. The file holds arrays and JSON, no pickle.
-- **Limits**: trained and judged in simulation only. Clearances stand in for comfort, which nobody
-  was asked about; do not let it drive a robot among people.
+- **Limits**: trained and evaluated in simulation only. Comfort is approximated by clearance; no
+  people were surveyed. Do not let this policy drive a robot among people.
 
 ## Results on validation scenarios
 

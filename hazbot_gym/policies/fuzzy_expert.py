@@ -110,11 +110,12 @@ PERSON_FIELDS = (
 class FuzzyExpert(PeopleRule):
     """The paper's strategy, on tracked people or on the estimates of ``sonar_estimate``.
 
-    On the sonar tier people between the front and side cones are not visible, at bearings from 30
-    to 75 deg. A robot without memory would forget a passing person and drive on within R_s;
-    therefore people are extrapolated for a while after they leave a cone. People from a blind
-    sector are detected late, and people who stay in one on a collision course not at all: in the
-    paper's geometry C90 (scenario ``C90``) the robot drives into the person.
+    On the sonar tier, people at bearings from 30 to 75 deg are in a blind sector between the front
+    and side cones. A robot without memory would forget a passing person and drive on within R_s;
+    therefore people are extrapolated for a while after they leave a cone. People who leave a blind
+    sector are detected late. People who stay in a blind sector on a collision course are not
+    detected at all: in the paper's geometry C90 (scenario ``C90``) the robot drives into the
+    person.
 
     Attributes:
         rules: The 32 rules, with a stop within R_s, or only the 8 printed ones, which do not cover

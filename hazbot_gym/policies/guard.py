@@ -5,7 +5,7 @@ come from a working encoder, which clips to these bounds: a sensor has failed, o
 wrong. The action is then -1, stop; likewise if the policy's action is not finite. Rows of a batch
 are independent. The inner state of a row is kept unchanged by an invalid observation; an episode
 that begins with invalid observations begins, for the policy, with the first valid one. Observations
-of other widths than the library's must only be finite.
+with a width that the library does not define are only checked for finite values.
 """
 
 from __future__ import annotations

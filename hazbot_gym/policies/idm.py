@@ -6,12 +6,12 @@ microscopic simulations:
     dv/dt = a [1 - (v/v0)^4 - (s*/s)^2],  s* = s0 + v T + v dv/(2 sqrt(a b))
 
 with the gap s to the leader, its closing speed dv, and the robot's limits as a and b. Every person
-in the robot's lane, or about to enter it, is a leader, with the gap to the point of entry; the
-strictest counts. v is the last command, which does not include the drive's lag.
+in the robot's lane is a leader; so is a person about to enter the lane, with the gap to the point
+of entry. The most restrictive leader counts. v is the last command, without the drive's lag.
 
 The default lane is as wide as the corridor, and the headway longer than in traffic: the robot is
-slow, and people want space. Left out: people beside the lane and behind, and people's evasion. The
-model is meant for leading people.
+slow, and people want space. Not modeled: people beside the lane or behind the robot, and people who
+give way. The model is meant for leading people.
 """
 
 from __future__ import annotations

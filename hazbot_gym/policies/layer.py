@@ -30,9 +30,9 @@ class Layer(NamedTuple):
 def _map_rows(rows: Floats32, weight: Floats32, bias: Floats32, out: Floats32) -> None:
     """Write x W + b for every row.
 
-    Not by numpy's matrix product, whose sums depend on the number of rows in the last digit, so
-    that an episode would depend on its batch. Four inputs at a time, so that a sum is loaded and
-    stored once for four products; inner loops compile to vector instructions.
+    NumPy's matrix product is not used: the last digit of its sums depends on the number of rows, so
+    that an episode would depend on its batch. Inputs are processed four at a time, so that a sum is
+    loaded and stored once for four products. Inner loops compile to vector instructions.
     """
     fours = rows.shape[1] // 4 * 4
     for i in range(rows.shape[0]):

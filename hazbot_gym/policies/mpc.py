@@ -2,12 +2,13 @@
 
 In every decision the optimal plan over the horizon is computed (``mpc_plan``), and its first speed
 is commanded. The objective is the predictable part of the reward in ``task/reward.py``: progress,
-smoothness and intrusion with the same formulas, and contact in proportion to the speed. Weights
-are the reward's, except for intrusion, whose weight is the sweep parameter. Waiting delays progress
-without losing it; therefore a larger weight than the reward's pays off.
+smoothness and intrusion with the same formulas, and contact in proportion to the speed. Weights are
+the reward's, except for intrusion, whose weight is the sweep parameter. Within the horizon, waiting
+loses progress; in an episode, waiting only delays progress. Therefore an intrusion weight above the
+reward's gives higher returns.
 
-Left out: people who give way, turn, or come into sight; burden, tracking and arrival; the cause of
-a contact. The path ahead is predicted with the curvature at 1 m, so that a corner seems to begin
+Not modeled: people who give way, turn, or come into sight; burden, tracking and arrival; the cause
+of a contact. The path ahead is predicted with the curvature at 1 m, so that a corner seems to begin
 nearer and end farther than it does.
 """
 

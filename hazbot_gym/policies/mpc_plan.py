@@ -1,15 +1,15 @@
 """Optimal speed plan among people at constant velocity, by dynamic programming.
 
-The lattice: ``LEVELS`` steps of speed from 0 to nominal, stages in which the robot gains one level
-at most, and places spaced by half a level's distance per stage, so that a transition from level i
-to level j covers i + j places. With the value V_t(i, s) from stage t on,
+The lattice has ``LEVELS`` steps of speed from 0 to nominal. In a stage, the robot gains at most one
+level. The spacing of places is half the distance covered at one level in a stage, so that a
+transition from level i to level j covers i + j places. With the value V_t(i, s) from stage t on,
 
     V_t(i, s) = max over j of  V_{t+1}(j, s + i + j) - h_{t+1}(s + i + j) j/LEVELS - w_s (j - i)^2
 
 where h(s) is the cost of place s at nominal speed after that stage: the weight of intrusion times
-its depth, and that of contact if bodies overlap. Standing costs nothing. Progress is the terminal
-value, V_T(i, s) = w_p s. The optimum of ``evaluation/oracle/dynamic_programming.py`` is the same
-recursion over a whole episode, on a finer lattice, and with known trajectories of people.
+its depth, plus the weight of contact if bodies overlap. Standing costs nothing. Progress is the
+terminal value, V_T(i, s) = w_p s. The optimum of ``evaluation/oracle/dynamic_programming.py`` is
+the same recursion over a whole episode, on a finer lattice, and with known trajectories of people.
 """
 
 from __future__ import annotations

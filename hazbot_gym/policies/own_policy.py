@@ -1,7 +1,7 @@
 """Wrapper of a user policy that checks each call and each action.
 
-A failing call or an invalid action raises a one-line error with the policy's name, which a bare
-traceback in a study would lack.
+A failing call or an invalid action raises a one-line error that names the policy; in a study, a
+bare traceback would not.
 """
 
 from __future__ import annotations

@@ -6,11 +6,11 @@ in any direction, has stopped before they meet if
 
     d > v^2/(2b) + V v/b + (A/b + 1) (A eps^2/2 + eps (v + V))
 
-with braking b, acceleration A, and decision period eps. Contacts with a standing robot are not its
-fault. The bound does not depend on people's headings: the proof holds for any motion within V, so V
-is assumed, not measured. A walker's V suffices to avoid collisions; the default is a runner's,
-since people want more space than safety requires. Left out: the proof's uncertainty of position (d
-is the tracker's), and the drive's lag.
+with braking b, acceleration A, and decision period eps. A standing robot does not count as the
+cause of a contact. The bound does not depend on people's headings: the proof holds for any motion
+with speed at most V, so V is assumed, not measured. A walking speed for V suffices to avoid
+collisions. The default is a running speed, since people want more space than safety requires. Not
+modeled: the uncertainty of position in the proof (d is the tracked distance), and the drive's lag.
 """
 
 from __future__ import annotations

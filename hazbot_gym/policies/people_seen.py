@@ -47,8 +47,9 @@ def clearances_m(seen: dict[str, Floats]) -> Floats:
 def people_seen(seen: dict[str, Floats]) -> People:
     """Return positions and velocities of people from a decoded observation of fields (...).
 
-    With p the unit vector to a person and n the one across it to the left, the person's velocity is
-    ``q_p p +- q_n n``: q_p follows from the closing speed, q_n from q_p and the speed.
+    With p the unit vector to a person and n the unit vector perpendicular to p, to the left, the
+    person's velocity is ``q_p p +- q_n n``: q_p follows from the closing speed, q_n from q_p and
+    the speed.
     """
     sine, cosine, distance_m, closing_mps, speed_mps, closest_m, present = (
         of_people(seen, field)[..., None, :]  # (..., 1, K), beside (..., 2, K) for the two sides

@@ -7,11 +7,11 @@ published, with the robot as a walker whose desired velocity is the nominal spee
     dv/dt = (v_nom - v)/tau + sum_b w(e, f_b) f_b . e,    f_b = A exp(-c_b/B) n_b
     v <- clip(v + dv/dt dt, 0, v_nom)
 
-with the clearance c_b to each person and n_b from them to the robot. The forces are per unit mass,
-so the robot's 34 kg cancel: F = 34 kg times the acceleration. F_acc is the first term, F_int the
-sum; the attraction of the goal, F_att, is part of the first term. Left out: the elliptical form,
-whose two halves cancel on the line of sight as soon as the other's step reaches the robot; walls,
-since the path keeps clear of them; and steering.
+with the clearance c_b to person b and the unit vector n_b from person b to the robot. The forces
+are per unit mass, so the robot's 34 kg cancel: F = 34 kg times the acceleration. F_acc is the first
+term, F_int the sum; the attraction of the goal, F_att, is part of the first term. Not modeled: the
+elliptical form, whose two terms cancel on the line of sight as soon as the person's step reaches
+the robot; walls, since the path keeps clear of walls; and steering.
 """
 
 from __future__ import annotations

@@ -4,18 +4,20 @@ Each sensor has an alpha-beta filter (Kalata 1984) of its echo's range r and of 
 speed of the echo's source over ground: r' = -(u + v cos(bearing)), with v the robot's own speed.
 Static objects have u = 0 for any v.
 
-In front, an echo is the side wall if its range equals that of the cone's edge on the wall.
-Otherwise it is a person if its source moves, or appeared from the side by a jump. A static source
-counts as a wall until it is nearer than any wall beside a path. At the sides a person is nearer
-than the wall, and the wall is the source at constant distance. A person who leaves a cone is
-extrapolated at the last speed, since the sensors are blind at bearings from 30 to 75 deg.
+In front, an echo comes from the side wall if its range equals the range at which the cone's edge
+meets the wall. Otherwise the echo is a person if its source moves, or if the range has jumped
+because the source came from the side. A static source counts as a wall until it is nearer than any
+wall beside a path could be. At the sides a person is nearer than the wall, and the wall is the
+source at constant distance. A person who leaves a cone is extrapolated at the last speed, since the
+sensors are blind at bearings from 30 to 75 deg.
 
 Not observable: speed across the line of sight, which is assumed zero; the farther of two people in
 one cone; people beyond the intersection of cones and side walls; people in a blind sector; people
-beside the robot at its own speed. A narrowing wall looks like a leading person, since its range is
-constant while the robot drives: between shelves the robot is slow without people. In a turn walls
-sweep through the cones, and only near echoes count as people. The paper does not say how its robot
-distinguishes people from walls (A15, A16, docs/paper.md): all of this is our choice.
+beside the robot at its own speed. A narrowing corridor looks like a leading person, since its range
+is constant while the robot drives; therefore the robot is slow between shelves, even without
+people. In a turn walls sweep through the cones, and only near echoes count as people. The paper
+does not say how its robot distinguishes people from walls (A15, A16, docs/paper.md): all of this is
+our choice.
 """
 
 from __future__ import annotations

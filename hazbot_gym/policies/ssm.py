@@ -2,9 +2,9 @@
 
 ``strict`` assumes that every person approaches at 1.6 m/s, as ISO 13855 requires without
 measurement. ``directional`` uses each person's measured approach speed along the line of sight, and
-0 for receding people. In narrow places the first almost stands still; the second is the practical
-variant. On the sonar tier both use ``sonar_estimate``, which is blind in some sectors. Formula and
-source: ``core/ssm.py``.
+0 for receding people. In narrow places, ``strict`` almost stands still; ``directional`` is the
+practical variant. On the sonar tier both use ``sonar_estimate``, which has blind sectors. Formula
+and source: ``core/ssm.py``.
 """
 
 from __future__ import annotations

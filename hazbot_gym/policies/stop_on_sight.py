@@ -1,8 +1,8 @@
 """Stop on sight: stop for an obstacle ahead, resume when it is gone.
 
-Two thresholds prevent chattering (hysteresis). It uses the two front ultrasonic sensors only, so
-that it stops for walls, too, and misses people from the side; with a threshold beyond the cones'
-intersection with the side walls it stops forever.
+Two thresholds prevent chattering (hysteresis). The policy uses only the two front ultrasonic
+sensors, so it also stops for walls, and misses people from the side. If the threshold exceeds the
+distance at which the cones meet the side walls, the robot stops forever.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Stop when near: stop while a person is near, else drive at full speed.
 
-Bearing and motion are ignored. It is a common baseline of social navigation studies.
+Bearing and motion are ignored. This policy is a common baseline of social navigation studies.
 """
 
 from __future__ import annotations

@@ -1,13 +1,13 @@
 """Time-to-collision (TTC) governor: the largest speed without a near collision.
 
-It selects the largest speed of a grid at which the time to collision with every observed person
-exceeds a horizon, at constant velocities; it stops if there is none. In one dimension this equals a
-velocity obstacle with a time limit (Fiorini and Shiller 1998, who leave out collisions later than a
-horizon). Bodies are enlarged by a margin: without it the horizon hardly changes passing distances,
-only the braking distance. Formula and source: ``core/ttc.py``.
+The policy selects the largest speed of a grid at which the time to collision with every observed
+person exceeds a horizon, at constant velocities. If there is no such speed, the robot stops. In one
+dimension this equals a velocity obstacle with a time limit (Fiorini and Shiller 1998, who leave out
+collisions later than a horizon). Bodies are enlarged by a margin. Without a margin, the horizon
+changes the braking distance, but hardly any passing distance. Formula and source: ``core/ttc.py``.
 
-On the sonar tier people are assumed to walk along the line of sight (``sonar_estimate``), so that
-passing people stop the robot, too, and people in a blind sector do not.
+On the sonar tier people are assumed to walk along the line of sight (``sonar_estimate``), so the
+robot also stops for passing people, and does not stop for people in a blind sector.
 """
 
 from __future__ import annotations
@@ -43,11 +43,12 @@ class Ttc(PeopleRule):
     def speed_share(self, observation: Observations) -> Floats:
         """Return the largest share without a near collision; see ``base.Rule``."""
         people = people_seen(layout_of(observation).decode(observation))
-        is_free = meets_nobody(people, SHARES * self.nominal_mps, self.horizon_s, self.margin_m)
+        speeds_mps = SHARES * self.nominal_mps
+        is_free = is_collision_free(people, speeds_mps, self.horizon_s, self.margin_m)
         return largest_free(SHARES, is_free)
 
 
-def meets_nobody(
+def is_collision_free(
     people: People, speeds_mps: Floats, horizon_s: float, margin_m: float
 ) -> npt.NDArray[np.bool_]:
     """Return True for each of G speeds without a collision within a horizon, (..., G).

@@ -1,7 +1,7 @@
 """Tuning spaces of the rule families, with bounds around every default.
 
-The bounds are wide enough that best validation results are inside, as far as known; a record
-reports options at a bound.
+The bounds are wide enough that all best validation results so far lie inside. The record of a
+search reports options at a bound.
 """
 
 from __future__ import annotations

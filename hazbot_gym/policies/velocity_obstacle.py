@@ -10,10 +10,10 @@ too, each agent contributes a share r of the change, so that a new speed v' coun
 with r = 1/2 among equals, as in ORCA (van den Berg et al. 2011), and r = 1 if others do not avoid.
 The policy selects the largest allowed speed of a grid, and stops if all are forbidden.
 
-The robot cannot leave its path, so that it must stop for head-on people. With r = 1 this is the
-rule ``ttc`` on a finer grid. Left out: ORCA's half planes, which in one dimension leave an interval
-of this set. Discs have the size of personal space, not of bodies: the size matters more than the
-horizon.
+The robot cannot leave its path, so it must stop for people who walk toward it. With r = 1 this is
+the rule ``ttc`` on a finer grid. Not modeled: ORCA's half planes, which in one dimension leave an
+interval of this set. Discs have the size of personal space, not of bodies; the size matters more
+than the horizon.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from hazbot_gym.policies.guard import Observations
 from hazbot_gym.policies.people_rule import PeopleRule
 from hazbot_gym.policies.people_seen import people_seen
 from hazbot_gym.policies.robot import NOMINAL_MPS
-from hazbot_gym.policies.ttc import largest_free, meets_nobody
+from hazbot_gym.policies.ttc import is_collision_free, largest_free
 from hazbot_gym.task.observation import layout_of
 
 SHARES = np.linspace(1.0, 0.0, 21)  # of the nominal speed
@@ -51,5 +51,5 @@ class VelocityObstacle(PeopleRule):
         seen = layout_of(observation).decode(observation)
         own_mps = seen["speed_mps"][..., None, None]
         alone_mps = own_mps + (SHARES * self.nominal_mps - own_mps) / self.responsibility
-        is_free = meets_nobody(people_seen(seen), alone_mps, self.horizon_s, self.margin_m)
+        is_free = is_collision_free(people_seen(seen), alone_mps, self.horizon_s, self.margin_m)
         return largest_free(SHARES, is_free)

@@ -2,8 +2,8 @@
 
 Once every physics step: slew limit -> reference point on the path -> tracking law (12c) -> wheel
 speeds (13) -> wheel loops (14, 15) on mismatched motors -> pose (1-3). This order of the steps
-reproduces the figures of the paper's circle (docs/paper.md). Left out: slip, steering by the
-policy.
+reproduces the figures of the paper's circle (docs/paper.md). Not modeled: wheel slip, and steering
+by the policy.
 
 The physics step is in ``lanes.py``, vectorized over robots.
 """
@@ -142,7 +142,7 @@ def place_robot(
 ) -> None:
     """Place the robot at the start of its path, at an initial speed [m/s].
 
-    Its wheel loops start in steady state: their integrals hold the required input.
+    The wheel loops start in steady state: their integral terms hold the required input.
     """
     robot.x, robot.y, robot.theta, curvature = path_pose(path, 0.0)
     robot.v, robot.omega = speed_mps, speed_mps * curvature
@@ -204,7 +204,8 @@ def free_time_s(
 ) -> float:
     """Return the travel time of a path at full speed, without people and noise [s].
 
-    It has arrived once ``s + x_e``, its actual place on the path, is within tolerance of the end.
+    The robot has arrived once ``s + x_e``, its actual place on the path, is within tolerance of the
+    end.
 
     Raises:
         InvalidInput: the drive does not reach the end within ten times the time at nominal speed,

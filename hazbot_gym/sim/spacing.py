@@ -86,7 +86,8 @@ def _keep_off_all(
 def keep_apart(people: Records, i: int, place: Place, robot: RobotRecord, dt_s: float) -> None:
     """Limit person i's next velocity towards bodies and walls within the step.
 
-    It slides along each obstacle in turn; if sliding leads into another obstacle, it slows down.
+    The person slides along each obstacle in turn, and slows down if sliding leads into another
+    obstacle.
     """
     if _keep_off_all(people, i, place, robot, dt_s, True):
         _keep_off_all(people, i, place, robot, dt_s, False)

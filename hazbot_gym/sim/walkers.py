@@ -144,13 +144,13 @@ def take_up(
         work: Workspace, changed in place.
         w: Number of the walker: 0 for the first, and so on.
         people: (P,) PERSON records of its world.
-        i: Its index among them.
+        i: Index of the person.
         place: Walls and routes.
         robot: The robot's record.
-        robot_vx: Its velocity, world axes [m/s].
+        robot_vx: Velocity of the robot, world axes [m/s].
         robot_vy: The same, other axis [m/s].
         force: Constants of the walking model.
-        reaction: Its reaction to the robot.
+        reaction: Reaction of the person to the robot.
         key: Key of the scenario's noise.
         step: Number of this social step since the reset.
     """

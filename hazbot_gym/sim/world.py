@@ -2,9 +2,9 @@
 
 Where something is within the robot's reach, pymunk (Chipmunk 7) integrates the bodies and finds the
 contacts; velocities come from the same formulas as in the batched engine (``drive``, ``people``).
-Elsewhere no contact is possible, and the records advance without the bodies, which are set to them
-when something comes near. A contact ends the episode. One space serves all episodes: bodies are
-moved, not rebuilt; walls are replaced only when the place changes.
+Elsewhere no contact is possible, and only the records advance; the bodies are moved to the records'
+positions when something comes near. A contact ends the episode. One space serves all episodes:
+bodies are moved, not rebuilt; walls are replaced only when the place changes.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ def answer(summary: Summary, study: StudyConfig) -> str:
 
 
 def verdict(summary: Summary, study: StudyConfig) -> list[str]:
-    """Return the same in three sentences: the sets, the figures, and the optimal policies."""
+    """Return the verdict in three sentences: the sets, the figures, and the Pareto optima."""
     best = _best_learned(summary, study)
     last = _optimal(headline(summary).policies)
     if best is None:

@@ -1,7 +1,7 @@
 """Headline of a study: the aggregate shown first on the terminal and in the report.
 
 It pools the episodes of the in-distribution scenario sets, in which randomly drawn people cross,
-encounter, lead, confront, or do all of it in a corridor. These are
+encounter, lead, confront, or show all of these patterns in a corridor. These are
 
 1. the sets of the bank's group ``test``, if a study has any; else
 2. the sets of the same five environments with no override but the tier; else

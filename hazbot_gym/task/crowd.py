@@ -1,9 +1,10 @@
 """Random people of a scenario, as a pure function of a key.
 
-Scenarios are drawn such that people meet the robot: a person is placed on its route at the time
-when a robot at nominal speed would be there too, and starts as far back as its own speed requires.
-A start before the route's beginning becomes a later entry. Drawing is compiled and has no unbounded
-rejection loop: after eight occupied starts the person queues at the beginning of its route.
+Scenarios are drawn such that people meet the robot. A person reaches the meeting point on its route
+at the same time as a robot at nominal speed would, and starts as far back as the person's speed
+requires. If the start would lie before the beginning of the route, the person enters later. Drawing
+is compiled and has no unbounded rejection loop: after eight occupied starts the person queues at
+the beginning of its route.
 """
 
 from __future__ import annotations

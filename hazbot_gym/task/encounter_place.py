@@ -49,7 +49,7 @@ def encounter_place(name: str, robot: RecordedRobot) -> Place:
 
 
 def simplified(points: Floats, tolerance_m: float) -> Floats:
-    """Return the corners of a polyline that no point (n, 2) is farther from than a tolerance."""
+    """Return the corners of a polyline within a tolerance of all points (n, 2)."""
     start, end = points[0], points[-1]
     off_m = _distances(points, start, end)
     farthest = int(off_m.argmax())

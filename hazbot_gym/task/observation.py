@@ -89,7 +89,7 @@ FIELDS = (
     ),
 )
 _FAR = ("distance_m", "time_to_closest_s", "closest_m")
-_NOBODY = np.array([float(field.name in _FAR) for field in PERSON_FIELDS], np.float32)
+_EMPTY = np.array([float(field.name in _FAR) for field in PERSON_FIELDS], np.float32)
 _OWN = len(RANGE_FIELDS) + len(ROBOT_FIELDS) + len(TRACKING_FIELDS)
 _PER_PERSON = len(PERSON_FIELDS)
 _LOW = np.array([field.low for field in FIELDS])
@@ -208,10 +208,10 @@ def _put_person(
 
 
 @scalar
-def _put_nobody(out: npt.NDArray[np.float32], i: int) -> int:
+def _put_empty(out: npt.NDArray[np.float32], i: int) -> int:
     """Write an empty slot: absent, far away, without approach."""
     for k in range(_PER_PERSON):
-        out[i + k] = _NOBODY[k]
+        out[i + k] = _EMPTY[k]
     return i + _PER_PERSON
 
 
@@ -243,7 +243,7 @@ def observe(
     while i < out.shape[0]:
         k = _next_nearest(tracks, robot, beyond, last)
         if k < 0:
-            i = _put_nobody(out, i)
+            i = _put_empty(out, i)
         else:
             beyond, last = norm(tracks[k].x - robot.x, tracks[k].y - robot.y), k
             i = _put_person(out, i, tracks[k], robot)

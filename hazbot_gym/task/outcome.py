@@ -22,7 +22,7 @@ MOVING_MPS = 0.05  # a slower robot counts as standing
 def contact_cause(robot: RobotRecord, person: PersonRecord) -> tuple[int, float]:
     """Return the cause of a contact, and its relative speed [m/s] (as in SEAN 2.0 and HuNavSim).
 
-    It is robot-caused if the robot moves, and closes in at least as fast as the person.
+    The robot is the cause if it moves, and closes in at least as fast as the person.
     """
     dx, dy = person.x - robot.x, person.y - robot.y
     distance = max(norm(dx, dy), 1e-9)

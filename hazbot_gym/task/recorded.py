@@ -74,7 +74,7 @@ def tracks_files(tracks: str | None) -> list[Path]:
 def recorded_places(recordings: list[Recording], *, with_entries: bool) -> list[Place]:
     """Return the directions through each recording, optionally with the people's own routes.
 
-    They are two, but for people who met a robot only the robot's own.
+    There are two directions, but only the robot's direction for a recording with a robot.
     """
     places = []
     for recording in recordings:
@@ -237,7 +237,7 @@ def draw_stretch(
 ) -> tuple[int, int]:
     """Draw the place, and the first step in its recording.
 
-    It leaves twice the travel time at nominal speed, if the recording is long enough.
+    The rest of the recording lasts at least twice the travel time at nominal speed, if possible.
     """
     u_which, u_way, _, _ = uniform4(key, SCENARIO, 0, 0)
     which = min(int(u_which * table.counts.shape[0]), table.counts.shape[0] - 1)

@@ -2,8 +2,8 @@
 
 reward = sum over terms of weight * term (weights: ``RewardWeights`` in the config). There is no
 survival bonus; time enters through the arrival term, the remaining share of the horizon. The only
-cost of a standing robot, the burden, has a small weight: a whole episode of it costs less than a
-contact at nominal speed, so that ending an episode by a crash never pays.
+term that penalizes a standing robot is the burden. Its weight is small: the burden of a whole
+episode costs less than a contact at nominal speed, so that ending an episode by a crash never pays.
 
 | term | range | meaning |
 |---|---|---|
@@ -12,7 +12,7 @@ contact at nominal speed, so that ending an episode by a crash never pays.
 | tracking | [0, 1] | cross-track and heading error, squared, 1 at 0.3 m or 0.5 rad |
 | smoothness | [0, 1] | squared change of the commanded speed / nominal speed |
 | burden | [0, 1] | largest relative loss of a person's desired speed by the robot |
-| contact | [0, 1] | at the end: half for it, half for its speed (1.5 m/s); a fifth if by a person |
+| contact | [0, 1] | at the end: 0.5 + 0.5 min(speed / 1.5 m/s, 1); a fifth if by a person |
 | arrival | [0, 1] | at the end: remaining share of the horizon |
 
 ``nearness`` in the config: ``depth``, the deepest intrusion into a personal space x v / v_n, or

@@ -1,4 +1,4 @@
-"""Step record: what both engines write about a decision, and the verdict on it.
+"""Step record: the data of a decision and its outcome, written by both engines.
 
 Both engines take a step in the same order:
 

@@ -88,9 +88,9 @@ def read_tracks(
     Args:
         path: The file; its description is beside it, with the suffix ``.json``.
         fps: See ``Options``, which override description and file.
-        units: As well.
-        columns: As well.
-        metres_per_pixel: As well.
+        units: See ``Options``.
+        columns: See ``Options``.
+        metres_per_pixel: See ``Options``.
 
     Raises:
         InvalidInput: the file is missing or malformed, its rate or unit is not known, or speeds are

@@ -41,7 +41,7 @@ class Found(NamedTuple):
 def load_tracks(path: str | Path) -> list[Recording]:
     """Return the recordings of a file or folder; doubts about them are warnings.
 
-    Encounters with a robot are left out where there are other recordings, and it is said: their
+    Encounters with a robot are left out, with a warning, if there are other recordings, since their
     places are the paths of the recorded robots.
 
     Raises:

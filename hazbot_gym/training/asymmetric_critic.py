@@ -82,7 +82,7 @@ class AsymmetricCriticPolicy(ActorCriticPolicy):
 
 
 class _Networks(MlpExtractor):
-    """The hidden layers of both; the actor's ignore the last feature."""
+    """Hidden layers of actor and critic; the actor ignores the last feature."""
 
     def __init__(
         self,

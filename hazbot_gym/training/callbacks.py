@@ -1,9 +1,9 @@
 """Callbacks of a training run: intervals, and at the end of each validation, export, checkpoint.
 
-A run is divided into intervals of ``validation.every_steps`` decisions. At its beginning an
-interval seeds worlds, numpy, torch and Python from the run's seed and its number, so that a run
-that resumes from its last checkpoint has bit-identical results, on one torch thread of the same
-machine. The cost: episodes are truncated at the end of an interval. Their last value is
+A run is divided into intervals of ``validation.every_steps`` decisions. At the beginning of an
+interval, worlds, NumPy, torch and Python are seeded from the run's seed and the interval's number.
+Therefore a run that resumes from its last checkpoint has bit-identical results, on one torch thread
+of the same machine. The cost: episodes are truncated at the end of an interval. Their last value is
 bootstrapped, as at the end of every rollout, but terminal states are slightly underrepresented.
 """
 

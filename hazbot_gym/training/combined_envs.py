@@ -1,6 +1,6 @@
 """Several ``VecEnv`` of Stable-Baselines3 as one, so that a run can train on several environments.
 
-Its wrappers find it as ``envs.unwrapped``.
+Wrappers access this environment as ``envs.unwrapped``.
 """
 
 from __future__ import annotations

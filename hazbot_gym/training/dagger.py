@@ -3,9 +3,10 @@
 In round i = 0, 1, ... the teacher acts with probability beta^i in each decision, the student
 otherwise; the teacher labels every observation with its own action; the student is fitted to the
 aggregated data set (Ross, Gordon and Bagnell, AISTATS 2011, algorithm 3.1). So it learns in the
-states that its own mistakes lead to. With beta = 0 the teacher drives in the first round only,
-their parameter-free schedule; with beta = 1 in all rounds, which is behaviour cloning (Pomerleau
-1989). The best student on validation is kept, as in the paper.
+states that its own mistakes lead to. With beta = 0 the teacher drives in the first round only (the
+parameter-free schedule of Ross et al.); with beta = 1 the teacher drives in all rounds, which is
+behavior cloning (Pomerleau 1989). The best student on validation is kept, as in the algorithm of
+Ross et al.
 
 A round takes ``imitation.decisions``, a run ``steps`` decisions in total. The data set is part of
 each checkpoint: 4 bytes per observation entry, 20 MB for 100,000 decisions on the tracks tier.

@@ -71,8 +71,9 @@ class PenalizedEnvs(VecEnvWrapper):
 class PPOLagrangian(PPO):
     """PPO-Lagrangian: the multiplier is updated between policy updates.
 
-    It is updated once as many episodes have ended as there are worlds: of episodes that begin
-    together the short ones end first, and their costs are a biased sample.
+    The multiplier is updated after as many episodes have ended as there are worlds. Of episodes
+    that begin together, the short ones end first, so that the costs of fewer episodes would be a
+    biased sample.
     """
 
     remembered = ("multiplier", "ended")
