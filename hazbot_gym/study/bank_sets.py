@@ -75,11 +75,13 @@ GROUPS: dict[str, Group] = {
         "people do not notice the robot", FEW, _in(PATTERNS, people={"reactions": [_BLIND] * 4})
     ),
     "ood/pairs": Group(
-        "two patterns and no third", FEW, {"+".join(pair): _pair(*pair) for pair in PAIRS}
+        "two walking patterns per scenario", FEW, {"+".join(pair): _pair(*pair) for pair in PAIRS}
     ),
-    "ood/narrow": Group("1.8 m wide, not 2.4", FEW, _in(PATTERNS, place_options={"width_m": 1.8})),
+    "ood/narrow": Group(
+        "corridor 1.8 m wide instead of 2.4 m", FEW, _in(PATTERNS, place_options={"width_m": 1.8})
+    ),
     "ood/sensors": Group(
-        "sensor noise three times as strong, 3 of 10 sightings missed",
+        "three times the sensor noise, 30 % missed detections",
         FEW,
         _in(PATTERNS, sensors=_ROUGH),
     ),
@@ -88,7 +90,7 @@ GROUPS: dict[str, Group] = {
         "places not used in training", FEW, _in(["Doorway", "Intersection", "Circle"])
     ),
     "ood/dense": Group(
-        "6 to 10 people, not 2 to 5", FEW, _in(["Corridor"], people={"count": [6, 10]})
+        "6 to 10 people instead of 2 to 5", FEW, _in(["Corridor"], people={"count": [6, 10]})
     ),
 }
 
