@@ -276,15 +276,18 @@ def _rows(met: Met, response: Response) -> list[JsonObject]:
 
 
 def _intervals(recorded: Sequence[Outcome]) -> list[list[float | None]]:
-    """Return bootstrap intervals of the recorded statistics, over encounters."""
+    """Return bootstrap intervals over encounters, of statistics that are defined."""
     rng, tail = np.random.default_rng(0), (1.0 - LEVEL) / 2.0
     draws = [
         summary([recorded[i] for i in rng.integers(len(recorded), size=len(recorded))])
         for _ in range(DRAWS)
     ]
+    defined = [column[np.isfinite(column)] for column in np.transpose(draws)]
     return [
-        [_or_none(float(value)) for value in pair]
-        for pair in np.nanquantile(draws, (tail, 1.0 - tail), axis=0).T
+        [float(bound) for bound in np.quantile(column, (tail, 1.0 - tail))]
+        if len(column)
+        else [None, None]
+        for column in defined
     ]
 
 

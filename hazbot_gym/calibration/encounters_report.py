@@ -109,7 +109,7 @@ def drive_rows(record: Record) -> Rows:
 def _inside(row: Record) -> list[bool]:
     """Return True for each statistic of the model in the interval of the recorded one."""
     pairs = zip(row["model"], row["recorded_intervals"], strict=True)
-    return [low <= value <= high for value, (low, high) in pairs if value is not None]
+    return [low <= value <= high for value, (low, high) in pairs if None not in (value, low)]
 
 
 def _name(row: Record) -> str:

@@ -41,6 +41,7 @@ from hazbot_gym.utils.json_object import JsonObject
 BEHAVIOURS = ("compliant", "noncompliant")
 # Scenarios whose people block the way: the robot waits for room, whatever nearness costs.
 BLOCKED = ("obstruction",)
+STANDING_MPS = 0.05  # a robot whose nominal speed is less stands: it chooses no speed
 NOMINAL_PERCENTILE = 90.0  # of the speeds of all drives of a robot
 PRICES = tuple(float(price) for price in np.geomspace(0.25, 32.0, 113))
 DRAWS, LEVEL = 1000, 0.95  # of the bootstrap
@@ -61,7 +62,7 @@ class Drive(NamedTuple):
 
 
 def drives_of(recordings: Sequence[Recording]) -> list[Drive]:
-    """Return the drives of all recordings with a robot, but for blocked ones."""
+    """Return the drives of all recordings with a moving robot, except blocked ones."""
     met = [
         (recording, recording.robot)
         for recording in recordings
@@ -74,7 +75,11 @@ def drives_of(recordings: Sequence[Recording]) -> list[Drive]:
         name: float(np.percentile(np.concatenate(each), NOMINAL_PERCENTILE))
         for name, each in speeds.items()
     }
-    return [_drive(recording, robot, nominal_mps[robot.name]) for recording, robot in met]
+    return [
+        _drive(recording, robot, nominal_mps[robot.name])
+        for recording, robot in met
+        if nominal_mps[robot.name] > STANDING_MPS
+    ]
 
 
 def _drive(recording: Recording, robot: RecordedRobot, nominal_mps: float) -> Drive:
@@ -194,8 +199,9 @@ def _resampled(drives: Sequence[Drive], rng: np.random.Generator) -> list[int]:
 def _estimate(value: float | None, draws: Sequence[float | None]) -> JsonObject:
     tail = (1.0 - LEVEL) / 2.0
     known = [np.inf if draw is None else draw for draw in draws]
-    low, high = np.quantile(known, (tail, 1.0 - tail), method="nearest")
-    return {"value": value, "interval": [float(low), float(high) if np.isfinite(high) else None]}
+    bounds = np.quantile(known, (tail, 1.0 - tail), method="nearest")
+    interval = [float(bound) if np.isfinite(bound) else None for bound in bounds]
+    return {"value": value, "interval": interval}
 
 
 def _means(drives: Sequence[Drive], group: Group) -> JsonObject:

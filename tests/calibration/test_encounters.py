@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from hazbot_gym.calibration import encounters as model
+from hazbot_gym.calibration import price
 from hazbot_gym.calibration.encounter_walk import (
     COARSE_M,
     meeting_of,
@@ -15,6 +17,7 @@ from hazbot_gym.calibration.encounter_walk import (
     stage_of,
 )
 from hazbot_gym.calibration.encounters import SHIPPED, load_encounters, outcomes, split, staged
+from hazbot_gym.calibration.encounters_report import tables
 from hazbot_gym.cli import app
 from hazbot_gym.core.social_force import Reaction
 from hazbot_gym.core.state import PERSON_RADIUS_M, ROBOT_RADIUS_M
@@ -119,7 +122,6 @@ def test_gains_are_spread_around_one() -> None:
     assert gains == sorted(gains)
     assert gains[len(gains) // 2] == pytest.approx(1.0)
     assert gains[0] * gains[-1] == pytest.approx(1.0)
-    assert isinstance(SHIPPED.reactions()[0], Reaction)
 
 
 def test_report_has_every_group_on_both_sides(met: Path) -> None:
@@ -133,6 +135,24 @@ def test_report_has_every_group_on_both_sides(met: Path) -> None:
         assert row["largest_difference_m"] == pytest.approx(off)
         low, high = row["recorded_intervals"][1]
         assert low <= row["recorded"][1] <= high
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("standing", ["robot", "1"])
+def test_statistics_of_what_stands_are_missing(tmp_path: Path, standing: str) -> None:
+    """A standing robot reveals no price, and a standing person has no slowest speed."""
+    lines = [
+        ",".join([*cells[:7], "1.000", "0.600", *cells[9:]] if cells[6] == standing else cells)
+        for scene, behaviour in enumerate(("compliant", "noncompliant"))
+        for cells in (line.replace("compliant", behaviour).split(",") for line in rows(scene=scene))
+    ]
+    recordings = load_encounters(written(tmp_path / "met.csv", lines))
+    record = model.report(*split(staged(recordings), ("0",)), SHIPPED)
+    record["price"] = price.report(price.drives_of(recordings))
+    tables(record)
+    json.dumps(record, allow_nan=False)
+    assert (record["price"] is None) == (standing == "robot")
+    assert (record["groups"][0]["recorded"][3] is None) == (standing == "1")
 
 
 @pytest.mark.parametrize(
