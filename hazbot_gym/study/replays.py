@@ -6,12 +6,11 @@ episodes; a drive that does not reproduce its recorded metrics is marked.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from rich.console import Console
 
 from hazbot_gym.config import Config
@@ -27,12 +26,11 @@ from hazbot_gym.evaluation.rollout import make_env, resolve, run_episode
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.policies.base import NO_CODE, Permissions, Policy
 from hazbot_gym.policies.base import make as make_policy
-from hazbot_gym.policies.guard import Actions, Observations
 from hazbot_gym.study import store
 from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.headline import headline_sets
+from hazbot_gym.study.replay_policies import Heard, Listener, SideBySide
 from hazbot_gym.study.replay_records import Drive, Replay, Replays, Sonar, rows_of
-from hazbot_gym.task.observation import RANGE_FIELDS, layout_of
 from hazbot_gym.task.outcome import CONTACT_PERSON, CONTACT_WALL, OUTCOME_NAMES
 from hazbot_gym.task.scenario import ScenarioSampler
 from hazbot_gym.utils.json_object import JsonObject
@@ -43,7 +41,6 @@ if TYPE_CHECKING:
 TOLERANCE = 1e-6  # tolerance of reproduced metrics, as between the engines
 STEP_M = 0.1  # spacing of path points
 MOST_NAMES = 3  # policies named beside an episode
-Heard = tuple[Episode, Row, Floats]  # an episode, its labels, and the readings of its sonar
 
 
 class Choice(NamedTuple):
@@ -310,7 +307,7 @@ def path_points(place: Place) -> Floats:
 def _best_drive(best: JsonObject, scenarios: ScenarioSet, walls: Floats) -> Drive:
     """Return the oracle's drive, from its row."""
     config, limit = resolve(scenarios)
-    listener = _Listener(Plan(np.asarray(best["actions"], float)))
+    listener = Listener(Plan(np.asarray(best["actions"], float)))
     runs = batch_rollout.run_episodes(config, listener, [int(best["seed"])], limit=limit, threads=1)
     ((episode, _, ranges_m),) = listener.heard(runs)
     return drive_of(episode, ranges_m, walls)
@@ -326,7 +323,7 @@ def _run(
     """Run every policy over some seeds, one policy after the other."""
     if study.engine == "pymunk":
         env = make_env(scenarios)
-        for listener in map(_Listener, policies):
+        for listener in map(Listener, policies):
             yield from listener.heard(run_episode(env, listener, seed) for seed in seeds)
         return
     config, limit = resolve(scenarios)
@@ -335,70 +332,10 @@ def _run(
     else:
         at_once = max(batch_rollout.most_worlds(limit) // len(seeds), 1)
         parts = [policies[i : i + at_once] for i in range(0, len(policies), at_once)]
-        teams = [(_SideBySide(part), len(part)) for part in parts]
+        teams = [(SideBySide(part), len(part)) for part in parts]
     for team, size in teams:
-        listener = _Listener(team)
+        listener = Listener(team)
         runs = batch_rollout.run_episodes(
             config, listener, seeds * size, limit=limit, threads=threads
         )
         yield from listener.heard(runs)
-
-
-class _Listener:
-    """Policy that notes the range readings it is given, and lets another policy act."""
-
-    def __init__(self, policy: Policy) -> None:
-        self._policy = policy
-        self._rounds: list[list[Floats]] = []  # of episodes side by side; (worlds, 4) per decision
-
-    def predict(
-        self,
-        observation: Observations,
-        state: Any = None,
-        episode_start: npt.NDArray[np.bool_] | None = None,
-        deterministic: bool = True,
-    ) -> tuple[Actions, Any]:
-        """Note the readings and return the policy's answer."""
-        if episode_start is None or episode_start.all():
-            self._rounds.append([])
-        decoded = layout_of(observation).decode(np.atleast_2d(observation))
-        ranges_m = np.stack([decoded[field.name] for field in RANGE_FIELDS], axis=-1)
-        self._rounds[-1].append(ranges_m)
-        return self._policy.predict(
-            observation, state=state, episode_start=episode_start, deterministic=deterministic
-        )
-
-    def heard(self, runs: Iterable[tuple[Episode, Row]]) -> Iterator[Heard]:
-        """Yield episodes and labels, each with its readings (T, 4) [m]."""
-        for i, (episode, labels) in enumerate(runs):
-            number, world = divmod(i, len(self._rounds[0][0]))
-            decisions = self._rounds[number][: len(episode.rewards)]
-            yield episode, labels, np.stack([ranges_m[world] for ranges_m in decisions])
-
-
-class _SideBySide:
-    """Composite policy: each policy drives its share of one batch, faster than in sequence."""
-
-    def __init__(self, policies: Sequence[Policy]) -> None:
-        self._policies = policies
-
-    def predict(
-        self,
-        observation: Observations,
-        state: Any = None,
-        episode_start: npt.NDArray[np.bool_] | None = None,
-        deterministic: bool = True,
-    ) -> tuple[Actions, list[object]]:
-        """Return the actions of all worlds, and each policy's inner state."""
-        actions, states, each = [], [], len(observation) // len(self._policies)
-        for i, policy in enumerate(self._policies):
-            mine = slice(i * each, (i + 1) * each)
-            action, inner = policy.predict(
-                observation[mine],
-                state=None if state is None else state[i],
-                episode_start=None if episode_start is None else episode_start[mine],
-                deterministic=deterministic,
-            )
-            actions.append(np.reshape(action, (each, 1)))
-            states.append(inner)
-        return np.concatenate(actions), states
