@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 
+from hazbot_gym.core.elementary import decay
 from hazbot_gym.core.geometry import norm
 from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.state import PERSON_RADIUS_M, ROBOT_RADIUS_M
@@ -23,13 +24,23 @@ CONTACT_M = 0.330  # d_c, distance between centers of full discomfort
 LENGTH_M = 0.636  # L, decay length
 DIRECTION = 0.549  # a, effect of the direction
 STROLL_MPS = 0.3  # a slower person's direction counts in proportion to its speed
+FRONT_LENGTH_M = LENGTH_M * math.exp(DIRECTION)  # decay length in front of a person
 
 
 @scalar
 def discomfort(clearance_m: float, facing: float) -> float:
     """Return the discomfort in [0, 1] at a clearance and the cosine of the robot's bearing."""
+    return decay(-remoteness(clearance_m, facing))
+
+
+@scalar
+def remoteness(clearance_m: float, facing: float) -> float:
+    """Return the distance beyond ``CONTACT_M`` in decay lengths, -log D; negative within.
+
+    The least remote of several people is the one whose discomfort is largest.
+    """
     beyond_m = clearance_m + PERSON_RADIUS_M + ROBOT_RADIUS_M - CONTACT_M
-    return min(1.0, math.exp(-beyond_m / (LENGTH_M * math.exp(DIRECTION * facing))))
+    return beyond_m / (FRONT_LENGTH_M * decay(DIRECTION * (facing - 1.0)))
 
 
 @scalar

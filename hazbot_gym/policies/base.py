@@ -115,7 +115,8 @@ REGISTER = {
     ),
     "mpc": Entry(
         "hazbot_gym.policies.mpc:Mpc",
-        "optimal plan for people at constant velocity; intrusion=, horizon_s=, nominal_mps=",
+        "optimal plan for people at constant velocity; caution=, nearness=depth|discomfort, "
+        "horizon_s=, nominal_mps=",
     ),
     "fuzzy_expert": Entry(
         "hazbot_gym.policies.fuzzy_expert:FuzzyExpert",

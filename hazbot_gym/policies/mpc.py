@@ -2,10 +2,10 @@
 
 In every decision the optimal plan over the horizon is computed (``mpc_plan``), and its first speed
 is commanded. The objective is the predictable part of the reward in ``task/reward.py``: progress,
-smoothness and intrusion with the same formulas, and contact in proportion to the speed. Weights are
-the reward's, except for intrusion, whose weight is the sweep parameter. Within the horizon, waiting
-loses progress; in an episode, waiting only delays progress. Therefore an intrusion weight above the
-reward's gives higher returns.
+smoothness and intrusion with the same formulas, and contact in proportion to the speed. Nearness to
+people is measured as the config says (``nearness``). Weights are the reward's; that of intrusion is
+multiplied by the sweep parameter. Within the horizon, waiting loses progress; in an episode,
+waiting only delays progress. Therefore an intrusion weight above the reward's gives higher returns.
 
 Not modeled: people who give way, turn, or come into sight; burden, tracking and arrival; the cause
 of a contact. The path ahead is predicted with the curvature at 1 m, so that a corner seems to begin
@@ -15,7 +15,7 @@ nearer and end farther than it does.
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
@@ -32,13 +32,16 @@ from hazbot_gym.policies.robot import ACCELERATION_MPS2, BRAKING_MPS2, DECISION_
 from hazbot_gym.task.observation import layout_of
 
 PROGRESS, SMOOTHNESS, CONTACT = 1.0, 0.5, 200.0  # weights of the reward, without their signs
+INTRUSION = {"depth": 4.0, "discomfort": 0.4}  # by the measure of nearness
+NEARNESS: Literal["depth", "discomfort"] = "depth"  # the config's default
 
 
 @dataclass(frozen=True, config=OPTIONS)
 class Mpc(PeopleRule):
     """Drives at the first speed of the optimal plan."""
 
-    intrusion: Annotated[float, Ge(0)] = 16.0  # weight, the sweep parameter
+    caution: Annotated[float, Ge(0)] = 4.0  # times the reward's weight, the sweep parameter
+    nearness: Literal["depth", "discomfort"] = NEARNESS
     horizon_s: Annotated[float, Gt(0), Le(60)] = 4.0
     nominal_mps: Annotated[float, Ge(0.05)] = NOMINAL_MPS  # speed of action +1
 
@@ -57,7 +60,7 @@ class Mpc(PeopleRule):
             (seen["command_mps"] / self.nominal_mps).reshape(-1),
             as_record(problem),
             np.zeros((2, LEVELS + 1, places)),
-            np.zeros(places),
+            np.zeros((2, places)),
             out,
         )
         return out.reshape(shape)
@@ -72,8 +75,9 @@ class Mpc(PeopleRule):
             most_down=int(BRAKING_MPS2 / ACCELERATION_MPS2 + 1e-9),
             progress=PROGRESS * decisions / (2 * LEVELS),
             smoothness=SMOOTHNESS / LEVELS**2,
-            intrusion=self.intrusion * decisions,
+            intrusion=self.caution * INTRUSION[self.nearness] * decisions,
             contact=CONTACT,
+            is_rated=self.nearness == "discomfort",
         )
 
 

@@ -2,23 +2,25 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from hazbot_gym.config import Config
 from hazbot_gym.core.state import PERSON, PERSON_RADIUS_M, PRESENT, ROBOT, records
 from hazbot_gym.policies import mpc
 from hazbot_gym.policies.mpc import Mpc
+from hazbot_gym.policies.people_seen import people_seen
 from hazbot_gym.task.observation import LAYOUTS
 from hazbot_gym.task.reward import TERMS, reward_terms
-from hazbot_gym.task.step_record import STEP, rules_of
+from hazbot_gym.task.step_record import NEARNESS, STEP, rules_of
 
 TRACKS = LAYOUTS["tracks"]
 Maker = Callable[..., Any]
+Nearness = Literal["depth", "discomfort"]
 NEAR, BESIDE = (1.2, 0.0, 0.0, 0.0), (2.0, 1.2, 0.0, 0.0)
 
 
@@ -27,44 +29,63 @@ def test_weights_are_those_of_the_reward() -> None:
     assert weights.progress == mpc.PROGRESS
     assert weights.smoothness == -mpc.SMOOTHNESS
     assert weights.contact == -mpc.CONTACT
+    assert weights.intrusion == -mpc.INTRUSION[Config().nearness]
+    assert Config().nearness == Mpc().nearness
 
 
-def planned_return(levels: tuple[int, ...], x: float, y: float) -> float:
+def planned_return(
+    levels: tuple[int, ...], measure: Nearness, x: float, y: float, vx: float, vy: float
+) -> float:
     """Return the sum of progress, smoothness and intrusion of ``reward_terms`` in a plan.
 
     Args:
         levels: Speed at the start and after each stage of 0.2 s, in fifths of the nominal speed.
+        measure: Of nearness.
         x: Position of a person ahead [m].
         y: To the left [m].
+        vx: Velocity of the person [m/s].
+        vy: To the left [m/s].
     """
     robot, people = records(ROBOT, 1).view(np.recarray), records(PERSON, 1).view(np.recarray)
     step, terms, found = records(STEP, 1).view(np.recarray), np.zeros(len(TERMS)), 0.0
     people[0].status, people[0].radius, people[0].x, people[0].y = PRESENT, PERSON_RADIUS_M, x, y
-    rules = rules_of(Config())
+    people[0].vx, people[0].vy = vx, vy
+    rules, weights = rules_of(Config(nearness=measure)), Config().reward
     for before, after in itertools.pairwise(levels):
         robot[0].v = 0.1 * after
         robot[0].x += 0.1 * (before + after) / 2 * 0.2
+        people[0].x, people[0].y = people[0].x + 0.2 * vx, people[0].y + 0.2 * vy
         step[0].progress, step[0].command_change = (before + after) / 10, (after - before) / 5
         reward_terms(robot[0], people, step[0], rules, terms)
-        weights = Config().reward
-        each = weights.progress * terms[0] + weights.intrusion * terms[1]
+        each = weights.progress * terms[0] - mpc.INTRUSION[measure] * terms[1]
         found += each * 2 + weights.smoothness * terms[3]
     return found
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(st.integers(0, 5), st.floats(-0.5, 2.0), st.floats(0.6, 2.0))
+@given(
+    st.sampled_from(NEARNESS),
+    st.integers(0, 5),
+    st.floats(0.2, 2.0),
+    st.floats(0.8, 2.0),
+    st.floats(-1.4, 0.2),
+    st.floats(-0.3, 0.3),
+)
 def test_its_first_speed_begins_the_plan_that_the_reward_finds_best(
-    observe: Maker, share: Maker, level: int, x: float, y: float
-) -> None:
+    observe: Maker, share: Maker, measure: Nearness, level: int, x: float, y: float, vx: float,
+    vy: float,
+) -> None:  # fmt: skip
     plans: dict[int, float] = {}
     for levels in itertools.product(range(6), repeat=3):
         chain = (level, *levels)
         if all(-2 <= after - before <= 1 for before, after in itertools.pairwise(chain)):
-            value = planned_return(chain, x, y)
+            value = planned_return(chain, measure, x, y, vx, vy)
             plans[levels[0]] = max(value, plans.get(levels[0], -np.inf))
-    policy = Mpc(intrusion=-Config().reward.intrusion, horizon_s=0.6)
-    first = round(5 * share(policy, observe((x, y, 0.0, 0.0), v=0.1 * level, command=0.1 * level)))
+    policy = Mpc(caution=1.0, horizon_s=0.6, nearness=measure)
+    seen = observe((x, y, vx, vy), v=0.1 * level, command=0.1 * level)
+    people = people_seen(TRACKS.decode(seen))
+    assume(people.is_there.sum() == 1)  # else the plan is for both signs of the lateral velocity
+    first = round(5 * share(policy, seen))
     assert plans[first] == pytest.approx(max(plans.values()), abs=1e-3)
 
 
@@ -82,21 +103,21 @@ def test_it_stands_while_somebody_passes_and_drives_on_behind(observe: Maker, sh
     assert shares == [0.0, 0.0, pytest.approx(0.4)]
 
 
-def test_without_a_weight_of_intrusion_only_contact_slows_it_down(
-    observe: Maker, share: Maker
-) -> None:
+def test_without_caution_only_contact_slows_it_down(observe: Maker, share: Maker) -> None:
     in_the_way, beside = (0.6, 0.0, 0.0, 0.0), (0.6, 0.6, 0.0, 0.0)
-    assert share(Mpc(intrusion=0.0), observe(beside, v=0.5, command=0.5)) == 1.0
-    assert share(Mpc(intrusion=0.0), observe(in_the_way, v=0.5, command=0.5)) < 1.0
+    assert share(Mpc(caution=0.0), observe(beside, v=0.5, command=0.5)) == 1.0
+    assert share(Mpc(caution=0.0), observe(in_the_way, v=0.5, command=0.5)) < 1.0
 
 
-def test_more_weight_of_intrusion_is_slower_among_people(observe: Maker) -> None:
+@pytest.mark.parametrize("measure", NEARNESS)
+def test_more_caution_is_slower_among_people(observe: Maker, measure: Nearness) -> None:
     rng = np.random.default_rng(2)
     people = rng.uniform([0.5, -1.5, -1.5, -0.5], [4.0, 1.5, 0.5, 0.5], (300, 4))
     rows = np.stack([observe(tuple(person), v=0.4, command=0.4) for person in people])
-    means = [float(Mpc(intrusion).predict(rows)[0].mean()) for intrusion in (0.0, 1.0, 4.0, 32.0)]
+    policies = [Mpc(caution, nearness=measure) for caution in (1.0, 4.0, 16.0)]
+    means = [float(policy.predict(rows)[0].mean()) for policy in policies]
     assert means == sorted(means, reverse=True)
-    assert len(set(means)) == 4
+    assert len(set(means)) == 3
 
 
 @pytest.mark.parametrize(("curvature", "leads_away"), [(0.0, True), (1.0, False), (-1.0, True)])
@@ -106,7 +127,7 @@ def test_the_way_ahead_bends_as_the_path_does(
     seen = observe((0.0, 1.5, 0.0, 0.0), v=0.2, command=0.2)
     column = TRACKS.names.index("curvature_ahead_per_m")
     seen[column] = curvature / TRACKS.fields[column].scale
-    assert (share(Mpc(intrusion=6.0), seen) > 0.4) == leads_away
+    assert (share(Mpc(caution=1.5), seen) > 0.4) == leads_away
 
 
 def test_places_on_the_way_lie_on_a_line_or_a_circle() -> None:
