@@ -8,13 +8,22 @@ from typing import Any
 from table_text import csv_table, markdown_table
 
 from hazbot_gym.calibration.report import DIFFERENCES, difference_rows
-from hazbot_gym.paper.tables import shown, summary_line
+from hazbot_gym.paper.tables import (
+    BASIS_TITLES,
+    basis_rows,
+    prediction_line,
+    shown,
+    shown_basis,
+    shown_paper,
+    shown_tolerance,
+    summary_line,
+)
 from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.text_tables import Rows
 
 Record = JsonObject
 LINES = ("item", "what", "here", "in the code")
-NUMBERS = ("number", "where", "paper", "here", "tolerance", "verdict")
+NUMBERS = ("number", "where", "paper", "here", "tolerance", "basis", "verdict")
 MISSED = ("number", "paper", "here", "verdict", "why")
 
 
@@ -30,10 +39,12 @@ def page(template: str, record: Record, *, name: str, calibration: dict[str, Any
     return Template(template).substitute(
         record=name,
         summary=summary_line(record),
+        bases=markdown_table(BASIS_TITLES, basis_rows(record)),
+        predictions=prediction_line(record),
         findings="\n\n".join(findings(record)),
         people=markdown_table(DIFFERENCES, difference_rows(calibration)),
         lines=markdown_table(LINES, line_rows(record), wordy=LINES),
-        numbers=markdown_table(NUMBERS, number_rows(record), wordy=("where", "verdict")),
+        numbers=markdown_table(NUMBERS, number_rows(record), wordy=("where", "basis", "verdict")),
         missed=markdown_table(MISSED, missed_rows(record), wordy=("verdict", "why")),
     )
 
@@ -52,7 +63,10 @@ def csv_of_lines(record: Record) -> str:
 
 def csv_of_numbers(record: Record) -> str:
     """Return every reported number as CSV."""
-    fields = ("what", "source", "paper", "here", "tolerance", "unit", "verdict", "reason")
+    fields = (
+        *("what", "source", "relation", "paper", "here", "tolerance", "unit", "basis"),
+        *("verdict", "reason"),
+    )
     return csv_table(fields, [[entry[name] for name in fields] for entry in record["numbers"]])
 
 
@@ -83,9 +97,10 @@ def number_rows(record: Record) -> Rows:
         (
             entry["what"],
             entry["source"],
-            shown(entry["paper"], entry["unit"]),
+            shown_paper(entry),
             shown(entry["here"]),
-            shown(entry["tolerance"]) if entry["tolerance"] else "equal",
+            shown_tolerance(entry),
+            shown_basis(entry["basis"]),
             entry["verdict"].partition(":")[0],
         )
         for entry in record["numbers"]
@@ -97,7 +112,7 @@ def missed_rows(record: Record) -> Rows:
     return [
         (
             f"{entry['what']} ({entry['source']})",
-            shown(entry["paper"], entry["unit"]),
+            shown_paper(entry),
             shown(entry["here"]),
             entry["verdict"].partition(":")[0],
             entry["reason"],

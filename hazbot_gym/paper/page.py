@@ -10,7 +10,16 @@ from hazbot_gym.errors import MissingExtra
 from hazbot_gym.paper.chapter import Cell, Chapter, Table
 from hazbot_gym.paper.lines import lines
 from hazbot_gym.paper.numbers import REPRODUCED, reported
-from hazbot_gym.paper.tables import shown, summary_line
+from hazbot_gym.paper.tables import (
+    BASIS_TITLES,
+    basis_rows,
+    prediction_line,
+    shown,
+    shown_basis,
+    shown_paper,
+    shown_tolerance,
+    summary_line,
+)
 from hazbot_gym.utils import text_tables
 from hazbot_gym.utils.json_object import JsonObject
 
@@ -35,6 +44,8 @@ def make_page(record: JsonObject, chapters: list[Chapter]) -> str:
             record=record,
             version=__version__,
             summary=summary_line(record),
+            bases=(BASIS_TITLES, basis_rows(record)),
+            predictions=prediction_line(record),
             chapters=chapters,
             numbers=own,
             missed=[entry for entry in record["numbers"] if entry["verdict"] != REPRODUCED],
@@ -80,5 +91,13 @@ def _environment() -> jinja2.Environment:
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    environment.filters |= {"cell": _cell, "data": _data, "shown": shown, "wordy": _wordy}
+    environment.filters |= {
+        "basis": shown_basis,
+        "cell": _cell,
+        "data": _data,
+        "paper": shown_paper,
+        "shown": shown,
+        "tolerance": shown_tolerance,
+        "wordy": _wordy,
+    }
     return environment

@@ -19,7 +19,7 @@ from hazbot_gym.evaluation.workers import processes
 from hazbot_gym.paper import page
 from hazbot_gym.paper.chapter import Chapter
 from hazbot_gym.paper.lines import lines
-from hazbot_gym.paper.numbers import NEAR, NOT, REPRODUCED, entries
+from hazbot_gym.paper.numbers import count_by_basis, count_verdicts, entries
 from hazbot_gym.utils import files, processors, provenance
 from hazbot_gym.utils.json_object import JsonObject
 
@@ -120,10 +120,8 @@ def record_of(chapters: list[Chapter], identity: str, *, quick: bool) -> Record:
         "commit": provenance.commit(),
         "versions": provenance.versions(),
         "reported": len(numbers),
-        "verdicts": {
-            word: sum(entry["verdict"].startswith(word) for entry in numbers)
-            for word in (REPRODUCED, NEAR, NOT)
-        },
+        "verdicts": count_verdicts(numbers),
+        "verdicts_by_basis": count_by_basis(numbers),
         "numbers": numbers,
         "sections": [
             {"number": chapter.number, "title": chapter.title, "text": list(chapter.text)}

@@ -6,6 +6,7 @@ import functools
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from hazbot_gym.paper.sections.circle.experiment import (
@@ -13,10 +14,20 @@ from hazbot_gym.paper.sections.circle.experiment import (
     NOISE,
     START,
     Figures,
+    Lap,
     drive_lap,
     paper_drive,
+    reported_figures,
 )
-from hazbot_gym.paper.sections.circle.variants import LOOPS, bands, noisy, plants, variants
+from hazbot_gym.paper.sections.circle.variants import (
+    LOOPS,
+    bands,
+    noisy,
+    noisy_laps,
+    plants,
+    steady_state_ratio,
+    variants,
+)
 from hazbot_gym.task.places import CIRCLE_RADIUS_M
 
 REFERENCE = json.loads(
@@ -89,13 +100,33 @@ def test_at_two_percent_of_the_largest_error_the_fuzzy_pid_converges_no_sooner()
 
 
 def test_noise_leaves_the_largest_error_and_takes_the_third_decimal() -> None:
-    found = noisy("fuzzy_pid", 20)
+    found = noisy(noisy_laps("fuzzy_pid", 20))
     largest, time_s = found.spreads["position_max_m"], found.spreads["position_converged_s"]
 
     assert largest.low <= largest.median <= largest.high
     assert largest.median == pytest.approx(unchanged()["B, fuzzy-PID"].position_max_m, rel=0.01)
     assert time_s.high - time_s.low > 1.0
     assert 1e-4 < found.spreads["position_left_m"].median < BAND
+
+
+def lap_with_error(early_m: float, late_m: float) -> Lap:
+    time_s = np.arange(0.1, 40.0, 0.1)
+    error = np.where(time_s > 20.0, late_m, early_m)
+    return Lap(time_s, *(np.zeros_like(time_s) for _ in range(4)), error, error)
+
+
+def test_steady_state_errors_are_compared_late_in_the_lap_and_by_seed() -> None:
+    fuzzy = [lap_with_error(9.0, late_m) for late_m in (0.5, 1.0, 4.0)]
+    fixed = [lap_with_error(1.0, late_m) for late_m in (1.0, 2.0, 8.0)]
+
+    assert steady_state_ratio(fuzzy, fixed) == pytest.approx((0.5, 0.5, 0.5))
+
+
+def test_the_paper_s_bounds_hold_on_plant_a_and_not_on_plant_b() -> None:
+    bounds = reported_figures("fuzzy-PID")[:2]
+
+    assert all(np.less(unchanged()["A, fuzzy-PID"][:2], bounds))
+    assert not any(np.less(unchanged()["B, fuzzy-PID"][:2], bounds))
 
 
 def test_noise_of_the_circle_is_that_of_table_2() -> None:

@@ -4,9 +4,18 @@ import re
 from pathlib import Path
 
 import pytest
+from pydantic import ValidationError
 
 from hazbot_gym.errors import HazbotError
-from hazbot_gym.paper.numbers import Number, Rule, entries, reported, verdict
+from hazbot_gym.paper.numbers import (
+    Number,
+    Reported,
+    Rule,
+    count_by_basis,
+    entries,
+    reported,
+    verdict,
+)
 
 PAPER = sorted((Path(__file__).parents[3] / "shared" / "paper").glob("*.txt"))
 VALUE = re.compile(r"(?<![\w.])-? ?\d+(?:\.\d+)?(?![\w])")
@@ -59,6 +68,12 @@ def number(rule: str, paper: float, reason: str = "") -> Number:
     return Number(where="", what="", paper=paper, unit="s", rule=rule, reason=reason)
 
 
+def bound(relation: str, paper: float) -> Number:
+    return Number.model_validate(
+        number("inequality", paper).model_dump() | {"relation": relation, "basis": "predicted"}
+    )
+
+
 @pytest.mark.parametrize(
     ("here", "expected"),
     [
@@ -67,8 +82,8 @@ def number(rule: str, paper: float, reason: str = "") -> Number:
         (3.2, "reproduced"),
         (3.61, "near"),
         (3.8, "near"),
-        (3.81, "not reproducible: too slow"),
-        (None, "not reproducible: too slow"),
+        (3.81, "not reproduced: too slow"),
+        (None, "not reproduced: too slow"),
     ],
 )
 def test_a_verdict_is_a_comparison_with_the_tolerance(here: float | None, expected: str) -> None:
@@ -77,15 +92,61 @@ def test_a_verdict_is_a_comparison_with_the_tolerance(here: float | None, expect
 
 def test_what_is_stated_must_be_equal_and_a_relative_tolerance_grows_with_the_number() -> None:
     assert verdict(number("stated", 0.2), 0.2) == "reproduced"
-    assert verdict(number("stated", 0.2), 0.2001).startswith("not reproducible")
+    assert verdict(number("stated", 0.2), 0.2001).startswith("not reproduced")
     assert Rule(relative=0.1, why="").tolerance_for(-20.0) == pytest.approx(2.0)
 
 
-def test_every_number_has_a_rule_and_those_that_are_absent_a_reason() -> None:
-    known = reported()
-    for name, each in known.numbers.items():
-        assert each.rule in known.rules, name
-        assert each.reason or each.rule != "absent", name
+@pytest.mark.parametrize(
+    ("relation", "here", "expected"),
+    [
+        ("<", 0.0979, "reproduced"),
+        ("<", 0.098, "not reproduced"),
+        ("<", 0.0981, "not reproduced"),  # however near
+        (">", 0.0981, "reproduced"),
+        (">", 0.098, "not reproduced"),
+    ],
+)
+def test_a_bound_is_met_or_not(relation: str, here: float, expected: str) -> None:
+    assert verdict(bound(relation, 0.098), here).partition(":")[0] == expected
+
+
+def test_every_number_that_is_absent_or_a_bound_has_a_reason() -> None:
+    for name, each in reported().numbers.items():
+        assert each.reason or each.rule not in {"absent", "inequality"}, name
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"rule": "guess"}, "unknown rule"),
+        ({"basis": None}, "either a basis or"),
+        ({"rule": "absent"}, "either a basis or"),
+        ({"rule": "stated"}, "taken over"),
+        ({"relation": "<"}, "contradict"),
+        ({"rule": "inequality"}, "contradict"),
+        ({"basis": "guessed"}, "taken_over"),
+    ],
+)
+def test_contradictory_numbers_are_refused(change: dict[str, str], complaint: str) -> None:
+    rules = {name: rule.model_dump() for name, rule in reported().rules.items()}
+    good = number("motor", 1.0).model_dump() | {"basis": "fitted"}
+    Reported.model_validate({"rules": rules, "numbers": {"x": good}})
+    with pytest.raises(ValidationError, match=complaint):
+        Reported.model_validate({"rules": rules, "numbers": {"x": good | change}})
+
+
+def test_verdicts_are_counted_by_basis() -> None:
+    found = [
+        {"basis": "fitted", "verdict": "reproduced"},
+        {"basis": "predicted", "verdict": "not reproduced: too slow"},
+        {"basis": "predicted", "verdict": "near"},
+        {"basis": None, "verdict": "not reproduced: absent"},
+    ]
+    assert count_by_basis(found) == {
+        "taken_over": {"reproduced": 0, "near": 0, "not reproduced": 0},
+        "fitted": {"reproduced": 1, "near": 0, "not reproduced": 0},
+        "predicted": {"reproduced": 0, "near": 1, "not reproduced": 1},
+    }
 
 
 def test_entries_are_complete_and_no_others() -> None:
@@ -95,7 +156,7 @@ def test_entries_are_complete_and_no_others() -> None:
     assert [entry["id"] for entry in found] == list(known)
     assert {entry["verdict"].partition(":")[0] for entry in found} == {
         "reproduced",
-        "not reproducible",
+        "not reproduced",
     }
     with pytest.raises(HazbotError, match="k_e"):
         entries({name: value for name, value in here.items() if name != "k_e"})

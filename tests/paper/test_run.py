@@ -10,6 +10,7 @@ from hazbot_gym.paper import run
 from hazbot_gym.paper.chapter import Chapter, Picture, Table
 from hazbot_gym.paper.numbers import reported
 from hazbot_gym.paper.page import make_page
+from hazbot_gym.paper.tables import basis_rows, summary_line
 from hazbot_gym.utils.files import read_json
 from tests.refusals import refused
 
@@ -48,8 +49,22 @@ def test_a_run_leaves_record_page_and_pictures(tmp_path: Path, fake: None) -> No
     assert (tmp_path / "new" / "figures" / "it.svg").read_text(encoding="utf-8") == SVG
     page = (tmp_path / "new" / "paper.html").read_text(encoding="utf-8")
     assert 'id="section-3"' in page
-    assert record["verdicts"]["not reproducible"] == 1 + 2  # that one, and what is absent
+    # That one, the three bounds, which are not met by their own value, and the two that are absent.
+    assert record["verdicts"]["not reproduced"] == 1 + 3 + 2
+    assert record["verdicts_by_basis"]["predicted"]["not reproduced"] == 1 + 1
     assert record["chapters"]["3"] == {"wins": 0.44}
+
+
+def test_verdicts_by_basis_are_the_same_from_the_file_as_from_the_run(
+    tmp_path: Path, fake: None
+) -> None:
+    record = run.reproduce(tmp_path, quick=True)
+    rows = basis_rows(record)
+    assert [row[0] for row in rows] == ["taken over", "fitted", "predicted"]
+    assert [int(row[1]) for row in rows] == [sum(map(int, row[2:])) for row in rows]
+    assert sum(int(row[2]) for row in rows) == record["verdicts"]["reproduced"]
+    assert basis_rows(run.read(tmp_path)) == rows
+    assert summary_line(run.read(tmp_path)) == summary_line(record)
 
 
 def test_results_of_the_same_code_are_kept_and_of_other_code_not_replaced_unasked(
@@ -93,13 +108,14 @@ def test_page_escapes_what_it_is_filled_with_and_shows_every_number() -> None:
 def test_docs_page_tells_what_did_not_come_out() -> None:
     record: dict[str, Any] = run.record_of(chapters(), "quick x", quick=True)
     text = docs_page(
-        "$record\n$summary\n$missed\n$findings\n$people\n$lines\n$numbers",
+        "$record\n$summary\n$bases\n$missed\n$findings\n$people\n$lines\n$numbers",
         record,
         name="paper.json",
         calibration={"runs": []},
     )
     assert "(section 5.2, Figure 20a) | 0.1 m | 0.142 |" in text
-    assert text.count("| not reproducible |") == 2 * 3  # there and among all
+    assert "| < 0.098 m |" in text
+    assert text.count("| not reproduced |") == 2 * 6 + 1  # there, among all, and as a head
     assert "`core.tracking:pose_error`" in text
 
 

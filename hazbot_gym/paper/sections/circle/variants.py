@@ -6,6 +6,7 @@ Plant, sign and tables of the rules, speed, radius, sampling, the motors' limit,
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,11 @@ import numpy as np
 from hazbot_gym.core.fuzzy_pid import FuzzyPid
 from hazbot_gym.core.pid import PLANTS, Plant
 from hazbot_gym.core.state import Floats
+from hazbot_gym.evaluation.statistics.intervals import (
+    Estimate,
+    bootstrap_mean,
+    scenario_draws,
+)
 from hazbot_gym.paper.sections.circle.experiment import (
     BAND,
     NOISE,
@@ -109,21 +115,41 @@ class Noisy(NamedTuple):
     unsettled_angle: float
 
 
-def noisy(loop: str, seeds: int) -> Noisy:
+def noisy_laps(loop: str, seeds: int) -> list[Lap]:
     """Drive laps with the noise of Table 2."""
-    laps = [drive_lap(paper_drive(wheel_loop=loop, **NOISE), key=key) for key in range(seeds)]
-    late = laps[0].time_s > laps[0].time_s[-1] - LAST_S
-    position = np.array([lap.position_m[late] for lap in laps])
-    angle = np.array([lap.angle_rad[late] for lap in laps])
+    return [drive_lap(paper_drive(wheel_loop=loop, **NOISE), key=key) for key in range(seeds)]
+
+
+def steady_state_m(laps: Sequence[Lap]) -> Floats:
+    """Return the RMS position error in the last ``LAST_S`` of each lap."""
+    return np.array([np.sqrt(np.mean(_late(lap.position_m, lap) ** 2)) for lap in laps])
+
+
+def steady_state_ratio(fuzzy: Sequence[Lap], fixed: Sequence[Lap]) -> Estimate:
+    """Estimate the ratio of two controllers' steady-state errors, paired by noise seed."""
+    ratios = steady_state_m(fuzzy) / steady_state_m(fixed)
+    draws = scenario_draws(np.zeros(len(ratios)), np.random.default_rng(0))
+    return bootstrap_mean(ratios, draws)
+
+
+def noisy(laps: Sequence[Lap]) -> Noisy:
+    """Summarize laps with noise."""
+    position = np.array([_late(lap.position_m, lap) for lap in laps])
+    angle = np.array([_late(lap.angle_rad, lap) for lap in laps])
     columns = dict(zip(Figures._fields, np.array([figures(lap) for lap in laps]).T, strict=True))
-    columns["position_left_m"] = np.sqrt(np.mean(position**2, axis=1))
+    columns["position_left_m"] = steady_state_m(laps)
     columns["angle_left_rad"] = np.sqrt(np.mean(angle**2, axis=1))
     return Noisy(
-        seeds,
+        len(laps),
         {name: _spread(values) for name, values in columns.items()},
         float(np.mean(position.max(axis=1) >= BAND)),
         float(np.mean(angle.max(axis=1) >= BAND)),
     )
+
+
+def _late(error: Floats, lap: Lap) -> Floats:
+    late: Floats = error[lap.time_s > lap.time_s[-1] - LAST_S]
+    return late
 
 
 def _spread(values: Floats) -> Spread:
