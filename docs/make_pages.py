@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -58,6 +59,7 @@ PAGES = (
     Page("paper_tables", paper_page.page, PAPER, {"calibration": CALIBRATION}),
 )
 
+WIDTH = 128  # columns of the README
 README, END = ROOT / "README.md", "<!-- end -->"
 
 
@@ -76,7 +78,9 @@ def tables() -> dict[Path, str]:
 def readme() -> str:
     """Return the README with its table and its speeds as the records have them."""
     text = README.read_text(encoding="utf-8")
-    text = _filled(text, "study", study_report.readme_table(read_json(STUDY)))
+    study = read_json(STUDY)
+    recorded = textwrap.fill(study_report.recorded_people(study), WIDTH)
+    text = _filled(text, "study", f"{study_report.readme_table(study)}\n\n{recorded}")
     bench: dict[str, Any] = read_json(RECORDS / "bench.json")
     return _filled(text, "speed", benchmark_pages.readme_speed(bench))
 

@@ -73,8 +73,12 @@ def small_record_of(summary: Mapping[str, Any]) -> Record:
     """Return what the pages need of a study in which nobody is tuned or trained."""
     return {
         "study": summary["study"],
+        "reference": summary["reference"],
         "sets": {
-            name: {policy: _kept(found) for policy, found in policies.items()}
+            name: {
+                policy: _kept(found) | {"return_gain": found["return_gain"]}
+                for policy, found in policies.items()
+            }
             for name, policies in summary["sets"].items()
         },
     }

@@ -42,11 +42,13 @@ README_POLICIES = (  # the reference, the best tuned rules, learning on a rule a
 )
 README = ("contact_robot_caused", "time_ratio", "kinetic_intrusion_m2", "ssm_violation", "return")
 DIRECTIONAL = "ssm:mode=directional"
+SHIPPED = "ppo"
+RECORDED = {"replay": "replayed", "seeded": "reactive"}  # people of each set
 
 
 def page(template: str, record: Record, *, name: str) -> str:
     """Return the page on the study: a template with its placeholders filled in."""
-    filled = {"record": name, "answer": readme_table(record)}
+    filled = {"record": name, "answer": readme_table(record), "recorded": recorded_people(record)}
     for study in ("tracks", "sonar", "observations"):
         filled |= {f"{study}_{part}": text for part, text in _parts(record[study]).items()}
     filled["tracks_targets"] = _targets(tracks_targets(record["tracks"]))
@@ -70,6 +72,28 @@ def readme_table(record: Record) -> str:
         ],
     )
     return f"{table}\n{note}"
+
+
+def recorded_people(record: Record) -> str:
+    """Return the gain of the shipped policy over its base rule among recorded people, as text."""
+    people = record["people"]
+    gains = {
+        name: people["sets"][f"real people, {name}"][SHIPPED]["return_gain"] for name in RECORDED
+    }
+    if all(gain["high"] < 0.0 for gain in gains.values()):
+        verdict = "earns less than"
+    elif all(gain["low"] > 0.0 for gain in gains.values()):
+        verdict = "earns more than"
+    else:
+        verdict = "does not clearly earn more than"
+    shown_gains = " and ".join(
+        f"{_estimate(gains[name], 1)} with {what}" for name, what in RECORDED.items()
+    )
+    return (
+        f"**Among people recorded in real corridors, the shipped `{SHIPPED}` {verdict} its base "
+        f"rule**: the paired difference in return to `{people['reference']}` is {shown_gains} "
+        "people."
+    )
 
 
 def csv_of(sets: Record) -> str:

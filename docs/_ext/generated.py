@@ -114,6 +114,11 @@ def study_table() -> str:
     return study_report.readme_table(read_json(results.RECORDS / "study.json"))
 
 
+def recorded_people() -> str:
+    """Return the result among recorded people, as the README has it."""
+    return study_report.recorded_people(read_json(results.RECORDS / "study.json"))
+
+
 def results_figure(name: str, *words: str) -> str:
     """Return a figure of the page on results, described in some words."""
     return results.html(name, " ".join(words))
@@ -251,6 +256,7 @@ MAKERS: dict[str, Callable[..., str]] = {
         reward_table,
         scenario_list,
         study_table,
+        recorded_people,
         results_figure,
         policy_table,
         policy_classes,

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import study_report
 from study_record import KEPT, RATES, record_of, small_record_of
-from study_report import page, readme_table
+from study_report import page, readme_table, recorded_people
 from study_targets import sonar_targets, tracks_targets
 
 from hazbot_gym.study.headline import POOLED
@@ -105,7 +105,12 @@ SMALL = {
     name: small_record_of(
         {
             "study": "x",
-            "sets": {POOLED: {"ppo": policy()}, "real people, replay": {"ppo": policy()}},
+            "reference": "ssm",
+            "sets": {
+                POOLED: {"ppo": policy()},
+                "real people, replay": {"ppo": policy()},
+                "real people, seeded": {"ppo": policy()},
+            },
         }
     )
     for name in ("contacts", "people")
@@ -131,6 +136,29 @@ def test_headline_for_the_readme_has_six_policies(monkeypatch: pytest.MonkeyPatc
     table = readme_table({"tracks": record(**GOOD)})
     assert "| `residual` | 0.00 | 1.400 | 0.0200 | 0.00 |" in table
     assert "directional" not in table
+
+
+@pytest.mark.parametrize(
+    ("replay", "seeded", "verdict"),
+    [
+        (-5.0, -2.0, "earns less than"),
+        (5.0, 2.0, "earns more than"),
+        (5.0, -2.0, "does not clearly earn more"),
+        (5.0, 0.005, "does not clearly earn more"),  # within the interval of zero
+        (-5.0, -0.005, "does not clearly earn more"),
+    ],
+)
+def test_result_among_recorded_people_follows_the_intervals(
+    replay: float, seeded: float, verdict: str
+) -> None:
+    gains = {"replay": replay, "seeded": seeded}
+    sets = {
+        f"real people, {name}": {"ppo": {"return_gain": estimate(gain)}}
+        for name, gain in gains.items()
+    }
+    text = recorded_people({"people": {"reference": "ssm", "sets": sets}})
+    assert verdict in text
+    assert f"{replay:.1f} (" in text
 
 
 def test_all_targets_can_be_reached() -> None:
