@@ -60,7 +60,7 @@ def training_speed(template: str, record: Record, *, name: str) -> str:
         record=name,
         episodes=record["episodes"],
         goals=table(training.GOALS, list(training.goal_rows(record))),
-        runs=table(training.RUNS, list(training.run_rows(record))),
+        runs=table(training.run_titles(record), list(training.run_rows(record))),
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from hazbot_gym.evaluation.metrics import HEADLINE
 from hazbot_gym.evaluation.statistics.pareto import AXES
 from hazbot_gym.study.headline import TEST, groups
 from hazbot_gym.study.summary import COMPARED
@@ -14,13 +15,22 @@ Record = dict[str, Any]
 TOGETHER, EXACTNESS = "together", ("exact", "searched")  # what is pooled of fronts and oracle
 SHARES = ("normalised", "delay_removed")
 RATES = ("arrived", "contact_robot_caused", "contact_person_caused")
-KEPT = (
-    *RATES,
-    *AXES,
-    "ssm_violation",
-    "rms_jerk_mps3",
-    "return",
-)
+KEPT = tuple(dict.fromkeys((*RATES, *HEADLINE, "ssm_violation")))
+# Titles of the axes of fronts. A record of a study before nearness became discomfort has the old
+# ones, and is shown with them until the study is run again.
+AXIS_TITLES = {
+    "delay_s": "delay, s",
+    "discomfort_s": "discomfort, s",
+    "time_ratio": "time ratio",
+    "kinetic_intrusion_m2": "kinetic intrusion, m²",
+}
+OLD_AXES = ("time_ratio", "kinetic_intrusion_m2")
+
+
+def axes_of(found: Mapping[str, Any]) -> tuple[str, str]:
+    """Return the axes on which a study's record compares policies: time and nearness."""
+    metrics = next(iter(found["together"][TEST].values()))["metrics"]
+    return AXES if AXES[0] in metrics else OLD_AXES
 
 
 def record_of(study: Record) -> Record:

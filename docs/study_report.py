@@ -2,23 +2,41 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from string import Template
 from typing import Any
 
-from study_record import TOGETHER
+from study_record import AXIS_TITLES, TOGETHER, axes_of
 from study_targets import Target, sonar_targets, tracks_targets
 from table_text import csv_table, markdown_table
 
-from hazbot_gym.evaluation.statistics.pareto import dominates
+from hazbot_gym.evaluation.statistics.pareto import AXES, dominates
 from hazbot_gym.study.headline import POOLED, TEST, scenarios_of
 from hazbot_gym.utils.text_tables import Rows, shown
 
 Record = dict[str, Any]
 Estimate = Mapping[str, float | None]
+Column = tuple[str, str, int]
 
-# Metric, title, digits; of those in percent the record has them so.
+# Metric, title, digits; of those in percent the record has them so. Tables of an older record, one
+# with ``study_record.OLD_AXES``, have the old columns.
 HEADLINE = (
+    ("delay_s", "delay, s", 2),
+    ("personal_m", "in the personal zone, m", 2),
+    ("intimate_m", "in the intimate zone, m", 3),
+    ("person_delay_s", "people's delay, s", 2),
+    ("contacts_per_km", "contacts by robot per km", 2),
+    ("discomfort_s", "discomfort, s", 3),
+    ("arrived", "arrived, %", 1),
+    ("return", "return", 1),
+)
+ELSEWHERE = (
+    ("delay_s", "delay, s", 2),
+    ("discomfort_s", "discomfort, s", 2),
+    ("contacts_per_km", "contacts by robot per km", 2),
+)
+OLD_HEADLINE = (
     ("arrived", "arrived, %", 1),
     ("contact_robot_caused", "contacts by robot, %", 2),
     ("time_ratio", "time ratio", 3),
@@ -27,7 +45,7 @@ HEADLINE = (
     ("rms_jerk_mps3", "RMS jerk, m/s³", 2),
     ("return", "return", 1),
 )
-ELSEWHERE = (
+OLD_ELSEWHERE = (
     ("time_ratio", "time ratio", 3),
     ("kinetic_intrusion_m2", "kinetic intrusion, m²", 3),
     ("contact_robot_caused", "contacts by robot, %", 2),
@@ -40,7 +58,7 @@ README_POLICIES = (  # the reference, the best tuned rules, learning on a rule a
     "residual ppo on ssm",
     "ppo from nothing",
 )
-README = ("contact_robot_caused", "time_ratio", "kinetic_intrusion_m2", "ssm_violation", "return")
+NOT_IN_README = ("arrived", "discomfort_s", "rms_jerk_mps3")
 DIRECTIONAL = "ssm:mode=directional"
 SHIPPED = "ppo"
 RECORDED = {"replay": "replayed", "seeded": "reactive"}  # people of each set
@@ -54,14 +72,14 @@ def page(template: str, record: Record, *, name: str) -> str:
     filled["tracks_targets"] = _targets(tracks_targets(record["tracks"]))
     filled["sonar_targets"] = _targets(sonar_targets(record["sonar"]))
     filled["contacts"] = _contacts(record["contacts"]["sets"][POOLED])
-    filled["people"] = _people(record["people"]["sets"])
+    filled["people"] = _people(record["people"]["sets"], _columns(record["tracks"]))
     return Template(template).substitute(filled)
 
 
 def readme_table(record: Record) -> str:
     """Return the headline for the README: the tracks tier on the test scenarios."""
     found = record["tracks"]
-    columns = [column for column in HEADLINE if column[0] in README]
+    columns = [each for each in _columns(found) if each[0] not in NOT_IN_README]
     scenarios = scenarios_of(found["together"][TEST])
     note = f"\nMeans over {scenarios} test scenarios, from `make study-full`."
     table = markdown_table(
@@ -118,9 +136,9 @@ def _parts(found: Record) -> dict[str, str]:
         "reference": f"`{reference}`",
         "commit": f"`{(found['commit'] or '')[:12]}`",
         "machine": f"{found['machine']['processor']}, {found['machine']['cores']} cores",
-        "headline": _headline(test, found["policies"]),
-        "differences": _differences(test, found["policies"], reference),
-        "tails": _tails(test, found["shown"]),
+        "headline": _headline(found, found["policies"]),
+        "differences": _differences(found, reference),
+        "tails": _tails(found),
         "sets": _sets(found),
         "fronts": _fronts(found),
         "elsewhere": _elsewhere(found),
@@ -133,54 +151,56 @@ def _parts(found: Record) -> dict[str, str]:
     }
 
 
-def _headline(block: Record, policies: Sequence[str]) -> str:
-    titles = ("policy", "seeds", *(title for _, title, _ in HEADLINE))
+def _columns(found: Record) -> tuple[Column, ...]:
+    return HEADLINE if axes_of(found) == AXES else OLD_HEADLINE
+
+
+def _headline(found: Record, policies: Sequence[str]) -> str:
+    block, columns = found["together"][TEST], _columns(found)
+    titles = ("policy", "seeds", *(title for _, title, _ in columns))
     return markdown_table(
         titles,
         [
-            (f"`{policy}`", str(block[policy]["training_seeds"]), *_cells(block[policy], HEADLINE))
+            (f"`{policy}`", str(block[policy]["training_seeds"]), *_cells(block[policy], columns))
             for policy in policies
         ],
     )
 
 
 def _cells(
-    found: Record, columns: Sequence[tuple[str, str, int]], *, with_interval: bool = True
+    found: Record, columns: Sequence[Column], *, with_interval: bool = True
 ) -> Iterator[str]:
     for metric, title, digits in columns:
         kind = "percent" if title.endswith("%") else "metrics"
         yield _estimate(found[kind][metric], digits, with_interval=with_interval)
 
 
-def _differences(block: Record, policies: Sequence[str], reference: str) -> str:
-    titles = (
-        "policy", "time ratio", "p", "kinetic intrusion, m²", "p", "return",
-        "probability of improvement",
-    )  # fmt: skip
+def _differences(found: Record, reference: str) -> str:
+    axes, block = axes_of(found), found["together"][TEST]
+    compared = (title for axis in axes for title in (AXIS_TITLES[axis], "p"))
     rows: Rows = []
-    for policy in policies:
+    for policy in found["policies"]:
         if policy == reference:
             continue
         each, gain = block[policy]["difference"], block[policy]["return_gain"]
+        cells = ((_estimate(each[axis], 4), shown(each[axis]["p_holm"])) for axis in axes)
         rows.append(
             (
                 f"`{policy}`",
-                _estimate(each["time_ratio"], 4),
-                shown(each["time_ratio"]["p_holm"]),
-                _estimate(each["kinetic_intrusion_m2"], 4),
-                shown(each["kinetic_intrusion_m2"]["p_holm"]),
+                *itertools.chain.from_iterable(cells),
                 _estimate(gain, 2),
                 _estimate(gain["probability"], 3),
             )
         )
-    return markdown_table(titles, rows)
+    return markdown_table(("policy", *compared, "return", "probability of improvement"), rows)
 
 
-def _tails(block: Record, policies: Sequence[str]) -> str:
+def _tails(found: Record) -> str:
+    block, nearness = found["together"][TEST], axes_of(found)[1]
     metrics = (
         ("clearance_min_m", "least clearance, m", 3),
         ("ttc_min_s", "least time to collision, s", 2),
-        ("kinetic_intrusion_m2", "kinetic intrusion, m²", 3),
+        (nearness, AXIS_TITLES[nearness], 3),
     )
     return markdown_table(
         ("policy", *(title for _, title, _ in metrics)),
@@ -189,13 +209,13 @@ def _tails(block: Record, policies: Sequence[str]) -> str:
                 f"`{policy}`",
                 *(_estimate(block[policy]["tails"][name], digits) for name, _, digits in metrics),
             )
-            for policy in policies
+            for policy in found["shown"]
         ],
     )
 
 
 def _sets(found: Record) -> str:
-    columns = [column for column in HEADLINE if column[0] in ("time_ratio", "kinetic_intrusion_m2")]
+    columns = [column for column in _columns(found) if column[0] in axes_of(found)]
     return markdown_table(
         ("scenarios", "policy", *(title for _, title, _ in columns)),
         [
@@ -224,11 +244,12 @@ def _fronts(found: Record) -> str:
 
 
 def _elsewhere(found: Record) -> str:
-    titles = ("scenarios", "policy", *(title for _, title, _ in ELSEWHERE))
+    columns = OLD_ELSEWHERE if axes_of(found) != AXES else ELSEWHERE
+    titles = ("scenarios", "policy", *(title for _, title, _ in columns))
     return markdown_table(
         titles,
         [
-            (group, f"`{policy}`", *_cells(block[policy], ELSEWHERE))
+            (group, f"`{policy}`", *_cells(block[policy], columns))
             for group, block in found["together"].items()
             if group != TEST
             for policy in found["shown"]
@@ -242,7 +263,7 @@ def _beaten_by_directional(found: Record) -> str:
         f"- {group}: `{policy}`"
         for group, block in found["together"].items()
         for policy in found["learners"]
-        if dominates(block[DIRECTIONAL]["metrics"], block[policy]["metrics"])
+        if dominates(block[DIRECTIONAL]["metrics"], block[policy]["metrics"], axes_of(found))
     ]
     return "\n".join(lines) or "- nowhere"
 
@@ -261,11 +282,11 @@ def _contacts(block: Record) -> str:
     )
 
 
-def _people(sets: Record) -> str:
+def _people(sets: Record, columns: Sequence[Column]) -> str:
     return markdown_table(
-        ("scenarios", "policy", *(title for _, title, _ in HEADLINE)),
+        ("scenarios", "policy", *(title for _, title, _ in columns)),
         [
-            (name, f"`{policy}`", *_cells(found, HEADLINE))
+            (name, f"`{policy}`", *_cells(found, columns))
             for name, block in sets.items()
             if name.startswith("real people")
             for policy, found in block.items()
@@ -315,16 +336,24 @@ def _regrets(found: Record, kind: str) -> str:
     block = found["oracle"].get(kind)
     if block is None:
         return ""
-    titles = (
-        "policy", "regret", "of the span, %", "avoidable delay", "of the reference's removed, %",
-    )  # fmt: skip
-    fields = (("regret", 2), ("normalised", 1), ("avoidable_delay", 4), ("delay_removed", 0))
+    delay = (("avoidable_delay_s", "avoidable delay, s", 2),)
+    if axes_of(found) != AXES:
+        delay = (("avoidable_delay", "avoidable delay", 4),)
+    columns = (
+        ("regret", "regret", 2),
+        ("normalised", "of the span, %", 1),
+        *delay,
+        ("delay_removed", "of the reference's removed, %", 0),
+    )
     return markdown_table(
-        titles,
+        ("policy", *(title for _, title, _ in columns)),
         [
             (
                 f"`{policy}`",
-                *(_estimate(block["policies"][policy][field], digits) for field, digits in fields),
+                *(
+                    _estimate(block["policies"][policy][name], digits)
+                    for name, _, digits in columns
+                ),
             )
             for policy in found["policies"]
         ],

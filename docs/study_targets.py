@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from study_record import AXIS_TITLES, axes_of
+
 from hazbot_gym.evaluation.statistics.pareto import dominates
 from hazbot_gym.study.headline import TEST
 
@@ -32,7 +34,7 @@ def tracks_targets(found: Record) -> list[Target]:
     best, reference = best_learner(found), found["reference"]
     return [
         _half_of_the_delay(found, best),
-        _no_higher(found, best, reference, "kinetic_intrusion_m2", "kinetic intrusion", 4),
+        _no_higher(found, best, reference, *_axis(found, 1), 4),
         _no_higher(found, best, reference, "ssm_violation", "SSM violation", 5),
         _more_return(found, best, reference),
         _larger_front(found),
@@ -46,8 +48,8 @@ def sonar_targets(found: Record) -> list[Target]:
     """Return the targets of the sonar tier."""
     best, block = best_learner(found), found["together"][TEST]
     against_expert = [
-        _no_higher(found, best, EXPERT, "time_ratio", "time ratio", 4),
-        _no_higher(found, best, EXPERT, "kinetic_intrusion_m2", "kinetic intrusion", 4),
+        _no_higher(found, best, EXPERT, *_axis(found, 0), 4),
+        _no_higher(found, best, EXPERT, *_axis(found, 1), 4),
     ]
     blind = block[best]["percent"]["contact_robot_caused"]
     return [
@@ -64,6 +66,12 @@ def sonar_targets(found: Record) -> list[Target]:
 def best_learner(found: Record) -> str:
     """Return the learner that the study file names first: what was best on validation before."""
     return str(found["learners"][0])
+
+
+def _axis(found: Record, axis: int) -> tuple[str, str]:
+    """Return the metric of an axis of the fronts, and its name."""
+    metric = axes_of(found)[axis]
+    return metric, AXIS_TITLES[metric].partition(",")[0]
 
 
 def _half_of_the_delay(found: Record, best: str) -> Target:
@@ -134,7 +142,7 @@ def _never_dominated(found: Record, best: str) -> Target:
     where = [
         group
         for group, block in groups.items()
-        if dominates(block[DIRECTIONAL]["metrics"], block[best]["metrics"])
+        if dominates(block[DIRECTIONAL]["metrics"], block[best]["metrics"], axes_of(found))
     ]
     return Target(
         f"in no group of scenarios dominated by `{DIRECTIONAL}`",

@@ -15,8 +15,8 @@ from hazbot_gym.cli import app
 from tests.refusals import says
 
 METRICS = {
-    *("arrived", "timeout", "contact_robot_caused", "contact_person_caused", "ssm_violation"),
-    *("kinetic_intrusion_m2", "time_ratio", "rms_jerk_mps3", "return"),
+    *("delay_s", "personal_m", "intimate_m", "person_delay_s", "contacts_per_km"),
+    *("discomfort_s", "contact_person_caused", "arrived", "return"),
 }
 
 
@@ -176,7 +176,7 @@ def test_watch_saves_a_picture_and_says_how_the_episode_went(empty_folder: Path)
     result = hazbot(*["watch", "--policy", "constant:1", "--scenario", "E*", "--save", "end.png"])
     assert result.exit_code == 0, result.output
     assert "arrived" in result.stdout
-    assert "kinetic_intrusion_m2" in result.stdout
+    assert "personal_m" in result.stdout
     assert "end.png" in result.stdout
     assert [path.name for path in empty_folder.iterdir()] == ["end.png"]
 
@@ -343,7 +343,7 @@ def test_the_package_runs_as_a_module_and_finds_policies_beside_it(empty_folder:
     )
     arguments = ["eval", "--policy", "mine:Mine", "--scenario", "E*", "--episodes", "1", "--json"]
     done = python("-m", "hazbot_gym", *arguments)
-    assert json.loads(done.stdout)["metrics"]["time_ratio"] > 0
+    assert json.loads(done.stdout)["metrics"]["delay_s"] > 0
 
 
 def test_without_stdout_and_stderr_commands_run() -> None:

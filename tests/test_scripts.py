@@ -20,7 +20,7 @@ def run(script: str, *arguments: str, folder: Path) -> str:
 
 def test_a_policy_is_evaluated(tmp_path: Path) -> None:
     text = run("eval/evaluate_policy.py", "--episodes", "1", folder=tmp_path)
-    assert "kinetic_intrusion_m2" in text
+    assert "personal_m" in text
 
 
 def test_policies_are_compared(tmp_path: Path) -> None:

@@ -23,5 +23,5 @@ result = train(config, arguments.out, resume=True, console=Console(stderr=True))
 
 for policy in (f"learned:{result.policy}", "fuzzy_expert"):
     found = means(evaluate(policy, config.env[0], episodes=arguments.episodes))
-    print(f"{policy}: return {found['return']:.1f}, time ratio {found['time_ratio']:.2f}, ", end="")
-    print(f"kinetic intrusion {found['kinetic_intrusion_m2']:.3f} m2")
+    print(f"{policy}: return {found['return']:.1f}, delay {found['delay_s']:.2f} s, ", end="")
+    print(f"driven inside the personal zone {found['personal_m']:.2f} m")

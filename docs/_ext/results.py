@@ -23,7 +23,7 @@ HUES = {  # of the report's palette, in a light and a dark shade
     IMITATED: ("#00785a", "#4cc7a4"),
 }
 MARKS = {RULES: "o", CORRECTED: "D", SCRATCH: "^", IMITATED: "s"}
-NAMED = {  # policies with their names in the figure, and where the names begin
+NAMED = {  # policies with their names in the figure, and where these begin in OLD_AXES
     "fuzzy_expert, tuned": (1.455, 0.062),
     "ssm, tuned": (1.335, 0.062),
     "ttc, tuned": (1.415, 0.0075),
@@ -36,6 +36,8 @@ NAMED = {  # policies with their names in the figure, and where the names begin
     "ppo from nothing": (1.47, 0.27),
 }
 SPAN = (1.21, 1.56)  # of time ratios shown; the best constant speed lies beyond
+AXES = {"delay_s": "delay, s", "discomfort_s": "discomfort, s"}
+OLD_AXES = {"time_ratio": "time ratio", "kinetic_intrusion_m2": "kinetic intrusion, m²"}
 SETS = {
     "test": "test scenarios",
     "ood/faster": "faster people",
@@ -78,14 +80,19 @@ def _axes(title_x: str, title_y: str, height_in: float = 4.2) -> tuple[Figure, A
 
 
 def trade_off(study: dict[str, Any], shade: int) -> Figure:
-    """Draw time ratio against kinetic intrusion, a point for each policy with its intervals."""
-    figure, axes = _axes("time ratio (less is better)", "kinetic intrusion, m² (less is better)", 5)
+    """Draw delay against discomfort, a point for each policy with its intervals."""
+    policies = study["together"]["test"]
+    is_old = "delay_s" not in next(iter(policies.values()))["metrics"]
+    shown = OLD_AXES if is_old else AXES
+    title_x, title_y = (f"{title} (less is better)" for title in shown.values())
+    figure, axes = _axes(title_x, title_y, 5)
     axes.set_yscale("log")
-    axes.set_xlim(*SPAN)
+    if is_old:
+        axes.set_xlim(*SPAN)
     seen = set()
-    for policy, found in study["together"]["test"].items():
-        x, y = (found["metrics"][name] for name in ("time_ratio", "kinetic_intrusion_m2"))
-        if policy.startswith("ablation") or x["mean"] > SPAN[1]:
+    for policy, found in policies.items():
+        x, y = (found["metrics"][name] for name in shown)
+        if policy.startswith("ablation") or (is_old and x["mean"] > SPAN[1]):
             continue
         kind = kind_of(policy)
         axes.errorbar(
@@ -97,7 +104,9 @@ def trade_off(study: dict[str, Any], shade: int) -> Figure:
         seen.add(kind)
         if policy in NAMED:
             axes.annotate(
-                policy, (x["mean"], y["mean"]), xytext=NAMED[policy], fontsize=8,
+                policy, (x["mean"], y["mean"]), fontsize=8,
+                xytext=NAMED[policy] if is_old else (14, 8),
+                textcoords="data" if is_old else "offset points",
                 arrowprops={"arrowstyle": "-", "color": "#8a9299", "lw": 0.7, "shrinkB": 4},
             )  # fmt: skip
     axes.legend(frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncols=4, fontsize=9)

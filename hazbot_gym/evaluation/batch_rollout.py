@@ -144,7 +144,7 @@ class _Log:
         self.live = np.ones(n, np.bool_)
         self._steps, self._limit = np.zeros(n, np.int64), limit
         self._horizon_s = limit * worlds.config.clock.decision_s
-        self._deceleration_mps2 = worlds.config.drive.deceleration_mps2
+        self._drive = worlds.config.drive
         self._robots = np.empty((limit + 1, n, len(ROBOT_COLUMNS)))
         self._times_s = np.empty((limit + 1, n))
         self._rewards, self._costs = np.empty((limit, n)), np.empty((limit, n))
@@ -212,5 +212,6 @@ class _Log:
             time_free_s=free_s,
             horizon_s=self._horizon_s,
             robot_radius_m=ROBOT_RADIUS_M,
-            deceleration_mps2=self._deceleration_mps2,
+            deceleration_mps2=self._drive.deceleration_mps2,
+            nominal_mps=self._drive.nominal_speed_mps,
         )

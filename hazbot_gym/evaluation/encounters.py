@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 
 from hazbot_gym.core.post_encroachment import post_encroachment_time
-from hazbot_gym.core.proxemics import INTIMATE_M, PERSONAL_M, SOCIAL_M
 from hazbot_gym.core.state import Floats
 from hazbot_gym.core.ttc import time_to_collision
 from hazbot_gym.evaluation.episode import RADIUS, VX, VY, Episode, X, Y
@@ -22,25 +21,14 @@ Row = dict[str, float | int | str]
 
 
 def proxemics(d: Floats) -> Row:
-    """Measure the share of time that the nearest person is in each of Hall's proxemic zones.
+    """Measure the share of time with no person closer than a limit, by centre distance d.
 
-    By centre distance d, as in HuNavSim; ``compliance_050`` is the share of time with no person
-    closer than 0.50 m, and likewise for the other limits.
+    ``compliance_050`` is that of 0.50 m, and likewise for the other limits.
     """
     nearest = d[1:].min(axis=1)
-    bounds = (0.0, INTIMATE_M, PERSONAL_M, SOCIAL_M, np.inf)
-    zones = zip(("intimate", "personal", "social", "public"), bounds[:-1], bounds[1:], strict=True)
     return {
-        **{
-            f"share_{zone}": float(((nearest >= low) & (nearest < high)).mean())
-            for zone, low, high in zones
-            if zone != "public"
-        },
-        "share_public": float((nearest >= SOCIAL_M).mean()),
-        **{
-            f"compliance_{round(100 * limit):03d}": float((nearest >= limit).mean())
-            for limit in COMPLIANCE_M
-        },
+        f"compliance_{round(100 * limit):03d}": float((nearest >= limit).mean())
+        for limit in COMPLIANCE_M
     }
 
 

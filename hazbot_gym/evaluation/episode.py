@@ -42,6 +42,7 @@ class Episode(NamedTuple):
         horizon_s: time at which an episode is cut off [s].
         robot_radius_m: radius of the robot [m].
         deceleration_mps2: limit of the drive's deceleration [m/s^2].
+        nominal_mps: nominal speed, that of action +1 [m/s].
     """
 
     time_s: Floats
@@ -61,6 +62,7 @@ class Episode(NamedTuple):
     horizon_s: float
     robot_radius_m: float
     deceleration_mps2: float
+    nominal_mps: float
 
 
 def labels_of(source: ScenarioSampler, key: int) -> dict[str, str]:

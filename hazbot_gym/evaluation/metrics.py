@@ -9,30 +9,38 @@ These are proxies of safety and comfort; no human ratings were collected.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
-from hazbot_gym.core.proxemics import PERSONAL_M, SOCIAL_M
+from hazbot_gym.core.discomfort import discomfort, facing
+from hazbot_gym.core.geometry import norm
+from hazbot_gym.core.jit import kernel
+from hazbot_gym.core.proxemics import INTIMATE_M, PERSONAL_M, SOCIAL_M
 from hazbot_gym.core.ssm import SsmThresholds, protective_distance
 from hazbot_gym.core.state import ROBOT_MASS_KG, Floats
 from hazbot_gym.evaluation.encounters import Row, encounters, proxemics, times_to_collision
-from hazbot_gym.evaluation.episode import RADIUS, Episode, X, Y
+from hazbot_gym.evaluation.episode import RADIUS, VX, VY, Episode, X, Y
 from hazbot_gym.evaluation.people_impact import burden
 from hazbot_gym.task.outcome import MOVING_MPS
+from hazbot_gym.task.reward import motion
+from hazbot_gym.task.step_record import DISCOMFORT
 
 # What `hazbot eval --json` reports, in this order; the table shows the same.
 HEADLINE = (
-    "arrived",
-    "timeout",
-    "contact_robot_caused",
+    "delay_s",
+    "personal_m",
+    "intimate_m",
+    "person_delay_s",
+    "contacts_per_km",
+    "discomfort_s",
     "contact_person_caused",
-    "ssm_violation",
-    "kinetic_intrusion_m2",
-    "time_ratio",
-    "rms_jerk_mps3",
+    "arrived",
     "return",
 )
+# The one metric of several episodes, not of one: a ratio of two sums.
+PER_KM, CONTACTS, DRIVEN = "contacts_per_km", "contact_robot_caused", "driven_m"
 DEFAULT_SSM = SsmThresholds()
 CALM_TTC_S = 5.0
 INSPECTION_MPS = 0.25
@@ -49,7 +57,7 @@ def measure(episode: Episode, ssm: SsmThresholds = DEFAULT_SSM) -> Row:
         **_end(episode),
         **_duration(episode),
         **_standing(episode, c),
-        **_nearness(episode, d, c),
+        **_nearness(episode, c),
         **proxemics(d),
         **encounters(episode, c),
         **burden(episode, c),
@@ -104,10 +112,11 @@ def _end(episode: Episode) -> Row:
 
 
 def _duration(episode: Episode) -> Row:
-    """Measure time ratio and success weighted by time.
+    """Measure delay, time ratio, and success weighted by time.
 
-    ``time_ratio = T / T_free``, with T the horizon for every episode without arrival, so that a
-    contact does not count as a short drive. ``stl = success * T_free / max(T, T_free)``.
+    ``delay_s = T - T_free`` and ``time_ratio = T / T_free``, with T the horizon for every episode
+    without arrival, so that a contact does not count as a short drive.
+    ``stl = success * T_free / max(T, T_free)``.
     """
     time = float(episode.time_s[-1] - episode.time_s[0])
     arrived = episode.outcome == "arrived"
@@ -117,13 +126,14 @@ def _duration(episode: Episode) -> Row:
         "steps": len(episode.rewards),
         "time_s": time,
         "time_free_s": free,
+        "delay_s": counted - free,
         "time_ratio": counted / free,
         "stl": float(arrived) * free / max(time, free),
     }
 
 
 def _standing(episode: Episode, c: Floats) -> Row:
-    """Measure standing time, needless standing time, mean speed, and the inspected share.
+    """Measure standing time, needless standing time, distance driven, and the inspected share.
 
     Standing is needless while no person is within 3.6 m and no contact is due within 5 s.
     ``inspected_share`` is the share of the path driven slowly enough for a gas sensor; the paper's
@@ -137,6 +147,7 @@ def _standing(episode: Episode, c: Floats) -> Row:
     return {
         "stalled_s": float(stands @ dt),
         "stalled_needlessly_s": float((stands & is_clear & is_calm) @ dt),
+        "driven_m": float(way_m.sum()),
         "mean_speed_mps": float(v.mean()),
         "inspected_share": float(way_m[v <= INSPECTION_MPS].sum() / way_m.sum())
         if way_m.any()
@@ -144,23 +155,57 @@ def _standing(episode: Episode, c: Floats) -> Row:
     }
 
 
-def _nearness(episode: Episode, d: Floats, c: Floats) -> Row:
-    """Measure minimum distance and clearance, intrusion and kinetic intrusion.
+def _nearness(episode: Episode, c: Floats) -> Row:
+    """Measure minimum clearance, distance driven inside Hall's zones, and discomfort.
 
-    ``intrusion = sum_t sum_i max(1.2 - c_i, 0) dt`` and
-    ``kinetic intrusion`` = ``sum_t sum_i |v| max(1.2 - c_i, 0) dt``, with Hall's 1.2 m. The first
-    penalizes a robot that waits beside a passing person, the second only a robot that drives there.
-    Read the second beside the time ratio: alone it rewards standing still. Distances are infinite
-    if no person was present.
+    ``personal_m`` and ``intimate_m``: distance driven while the nearest person is within 1.2 m and
+    0.45 m, ``sum_t |v| dt 1[min_i c_i < 1.2]``. ``discomfort_s``: see ``felt_s``. A robot that
+    waits beside a passing person adds to none of them. The clearance is infinite if no person was
+    present.
     """
     dt = np.diff(episode.time_s)
-    depth = np.maximum(PERSONAL_M - c[1:], 0.0).sum(axis=1)
+    way_m = np.abs(episode.speed_mps[1:]) * dt
+    nearest = c[1:].min(axis=1)
     return {
         "clearance_min_m": float(c.min()),
-        "distance_min_m": float(d.min()),
-        "intrusion_m_s": float(depth @ dt),
-        "kinetic_intrusion_m2": float((np.abs(episode.speed_mps[1:]) * depth) @ dt),
-    }
+        "personal_m": float(way_m[nearest < PERSONAL_M].sum()),
+        "intimate_m": float(way_m[nearest < INTIMATE_M].sum()),
+        "discomfort_s": felt_s(
+            dt, episode.pose, episode.speed_mps, episode.people, episode.robot_radius_m,
+            episode.nominal_mps,
+        ),
+    }  # fmt: skip
+
+
+@kernel
+def felt_s(
+    dt_s: Floats, pose: Floats, speed_mps: Floats, people: Floats, robot_radius_m: float,
+    nominal_mps: float,
+) -> float:  # fmt: skip
+    """Return ``sum_t max_i D_i min(|v| / v_n, 1)^2 dt``, in seconds of full discomfort at v_n.
+
+    With the rated discomfort D_i of person i: the reward's intrusion with ``nearness: discomfort``,
+    integrated over time.
+
+    Args:
+        dt_s: (T,) steps.
+        pose: (T + 1, 3) of the robot: x, y [m], heading [rad].
+        speed_mps: (T + 1,) of the robot.
+        people: (T + 1, K, 5) as in ``Episode``.
+        robot_radius_m: Radius of the robot.
+        nominal_mps: Nominal speed v_n.
+    """
+    felt = 0.0
+    for t in range(1, len(pose)):
+        largest = 0.0
+        for i in range(people.shape[1]):
+            x, y = pose[t, 0] - people[t, i, X], pose[t, 1] - people[t, i, Y]
+            if not math.isnan(x):
+                clearance_m = norm(x, y) - people[t, i, RADIUS] - robot_radius_m
+                toward = facing(x, y, people[t, i, VX], people[t, i, VY])
+                largest = max(largest, discomfort(clearance_m, toward))
+        felt += largest * motion(speed_mps[t] / nominal_mps, DISCOMFORT) * dt_s[t - 1]
+    return felt
 
 
 def _separation(episode: Episode, c: Floats, ssm: SsmThresholds) -> Row:
@@ -241,9 +286,18 @@ def _rms(values: Floats) -> float:
 
 
 def means(rows: Sequence[Row]) -> dict[str, float | None]:
-    """Return the mean of each headline metric over rows, None if it is undefined in all rows."""
-    columns = {name: np.array([row[name] for row in rows], dtype=float) for name in HEADLINE}
-    return {
+    """Return the headline metrics over rows, None if one is undefined in all rows.
+
+    Means over the rows that define them, but ``contacts_per_km``: contacts that the robot caused,
+    all together, over the distance driven, all together.
+    """
+    names = [*HEADLINE, CONTACTS, DRIVEN]
+    names.remove(PER_KM)
+    columns = {name: np.array([row[name] for row in rows], dtype=float) for name in names}
+    found = {
         name: float(column[np.isfinite(column)].mean()) if np.isfinite(column).any() else None
         for name, column in columns.items()
     }
+    driven_km = columns[DRIVEN].sum() / 1000.0
+    found[PER_KM] = float(columns[CONTACTS].sum() / driven_km) if driven_km > 0.0 else None
+    return {name: found[name] for name in HEADLINE}

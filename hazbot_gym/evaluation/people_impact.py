@@ -1,7 +1,7 @@
 """Impact on people: delay, detour, acceleration and social work.
 
 The reference is the counterfactual scenario without the robot (``without_robot.py``), compared
-person by person over the people who leave in both before the episode ends.
+person by person until the episode ends.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ LEAST_GAP_M = 0.01  # between surfaces, as in the simulation
 def burden(episode: Episode, c: Floats) -> Row:
     """Measure people's delay, detour and extra acceleration, and social work.
 
-    ``people_delay``: mean of ``(t_i - t_i0) / T_i0``, with t_i the time at which person i leaves,
-        t_i0 the same without the robot, T_i0 the walking time without it. NaN if no person leaves.
-    ``people_detour_m``: mean path length of person i minus the length without the robot.
+    ``person_delay_s``: person-seconds ``sum_i t_i - t_i0``, with t_i the time at which person i
+        leaves, at most the end of the episode, and t_i0 the same without the robot. NaN if people
+        are replayed.
+    ``people_detour_m``: mean path length of person i minus the length without the robot. NaN if no
+        person leaves.
     ``people_hurried_mps2``: mean |acceleration| of people within 3.6 m minus the mean beyond 7.2 m.
     ``social_work_mps``: see ``social_work``.
     """
     if episode.people.shape[1] == 0:
-        nothing = dict.fromkeys(("people_delay", "people_detour_m", "people_hurried_mps2"), np.nan)
-        return {**nothing, "social_work_mps": 0.0}
+        nothing = dict.fromkeys(("people_detour_m", "people_hurried_mps2"), np.nan)
+        return {"person_delay_s": 0.0, **nothing, "social_work_mps": 0.0}
     dt = np.diff(episode.time_s)
-    delay, detour_m = _delay_and_detour(episode)
     force = SocialForce()
     return {
-        "people_delay": delay,
-        "people_detour_m": detour_m,
+        **_delay_and_detour(episode),
         "people_hurried_mps2": _hurried(episode, c, dt),
         "social_work_mps": social_work(
             dt, episode.pose, episode.speed_mps, episode.people, episode.robot_radius_m,
@@ -47,18 +47,19 @@ def burden(episode: Episode, c: Floats) -> Row:
     }  # fmt: skip
 
 
-def _delay_and_detour(episode: Episode) -> tuple[float, float]:
-    """Return the means over people, NaN without any person to compare."""
+def _delay_and_detour(episode: Episode) -> Row:
+    """Compare people with themselves without the robot; NaN without any person to compare."""
     met, alone = episode.people[..., [X, Y]], episode.people_alone
     both = [np.isfinite(each[..., 0]) for each in (met, alone)]
-    has_left = np.all([there.any(axis=0) & ~there[-1] for there in both], axis=0)
-    if not has_left.any():
-        return np.nan, np.nan
-    last_s, last_alone_s = (_last(there, episode.time_s) for there in both)
-    under_way_s = both[1].sum(axis=0) * np.diff(episode.time_s).mean()
-    delay = (last_s - last_alone_s)[has_left] / under_way_s[has_left]
+    is_known = np.all([there.any(axis=0) for there in both], axis=0)
+    is_replayed = both[0].any() and not is_known.any()
+    has_left = is_known & np.all([~there[-1] for there in both], axis=0)
+    last_s, last_alone_s = (_last(there, episode.time_s)[is_known] for there in both)
     detour = (_ways_m(met) - _ways_m(alone))[has_left]
-    return float(delay.mean()), float(detour.mean())
+    return {
+        "person_delay_s": np.nan if is_replayed else float((last_s - last_alone_s).sum()),
+        "people_detour_m": float(detour.mean()) if has_left.any() else np.nan,
+    }
 
 
 def _last(is_there: Floats, time_s: Floats) -> Floats:

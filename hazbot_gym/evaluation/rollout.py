@@ -274,6 +274,7 @@ def _record(
         horizon_s=config.max_episode_steps * config.clock.decision_s,
         robot_radius_m=ROBOT_RADIUS_M,
         deceleration_mps2=config.drive.deceleration_mps2,
+        nominal_mps=config.drive.nominal_speed_mps,
     )
 
 

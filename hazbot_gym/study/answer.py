@@ -15,9 +15,9 @@ from hazbot_gym.study.results import Metrics, SetResults, Summary, mean_return
 
 LEARNED = ("learned", "ppo")  # learned policies of the register
 _COMPARED = (
-    ("time_ratio", "the time ratio {:.3f} against {:.3f}", 1),
-    ("kinetic_intrusion_m2", "the kinetic intrusion {:.4f} against {:.4f} m²", 1),
-    ("contact_robot_caused", "the share of contacts by the robot {:.2f} against {:.2f} %", 100),
+    ("delay_s", "the delay {:.2f} against {:.2f} s"),
+    ("personal_m", "the distance driven inside the personal zone {:.2f} against {:.2f} m"),
+    ("contacts_per_km", "contacts by the robot per kilometre {:.2f} against {:.2f}"),
 )
 
 
@@ -55,7 +55,7 @@ def _optimal(policies: SetResults) -> list[str]:
         named = f"all {len(policies)} policies"
         if dominated:
             named += f" but {', '.join(dominated)}"
-    return [f"Pareto-optimal in time ratio and kinetic intrusion: {named}."] if optimal else []
+    return [f"Pareto-optimal in delay and discomfort: {named}."] if optimal else []
 
 
 def _best_learned(summary: Summary, study: StudyConfig) -> str | None:
@@ -121,7 +121,7 @@ def _where(summary: Summary, study: StudyConfig, policy: str) -> str:
 
 
 def _metrics(ours: Metrics, theirs: Metrics) -> Iterator[str]:
-    for metric, form, scale in _COMPARED:
+    for metric, form in _COMPARED:
         our, their = ours[metric]["mean"], theirs[metric]["mean"]
         if our is not None and their is not None:
-            yield form.format(scale * our, scale * their)
+            yield form.format(our, their)

@@ -106,8 +106,8 @@ class Fronts(Section):
     sets: SomeNames  # names or prefixes of sets
     families: Names = ()  # of rules, swept as in ``policies/sweeps.py``
     groups: dict[str, SomeNames] = Field(default_factory=dict)
-    # Reference point of the hypervolume: time ratio, kinetic intrusion.
-    corner: Annotated[tuple[Positive, Positive], Loose] = (2.0, 0.1)
+    # Reference point of the hypervolume: delay [s], discomfort [s].
+    corner: Annotated[tuple[Positive, Positive], Loose] = (24.0, 2.0)
 
     @property
     def swept(self) -> dict[str, tuple[str, ...]]:

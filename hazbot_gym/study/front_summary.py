@@ -63,8 +63,8 @@ def summarise_fronts(
 
 
 def _scores(rows: pd.DataFrame, seeds: int) -> tuple[Floats, Floats]:
-    time_ratio, intrusion = (rows[axis].to_numpy(float).reshape(seeds, -1) for axis in AXES)
-    return time_ratio, intrusion
+    delay, discomfort = (rows[axis].to_numpy(float).reshape(seeds, -1) for axis in AXES)
+    return delay, discomfort
 
 
 def _points(policies: Sequence[str], front: Front, confidence: float) -> list[dict[str, object]]:
@@ -72,11 +72,11 @@ def _points(policies: Sequence[str], front: Front, confidence: float) -> list[di
     scores = [
         [
             crossed_estimate(each, point.draws, confidence=confidence)
-            for each in (point.time_ratio, point.intrusion)
+            for each in (point.delay, point.discomfort)
         ]
         for point in front
     ]
-    is_best = pareto_set([[time.mean, intrusion.mean] for time, intrusion in scores])
+    is_best = pareto_set([[delay.mean, discomfort.mean] for delay, discomfort in scores])
     return [
         {"policy": policy, **dict(zip(AXES, each, strict=True)), "on_front": bool(best)}
         for policy, each, best in zip(policies, scores, is_best, strict=True)

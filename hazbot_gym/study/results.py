@@ -67,8 +67,8 @@ class FrontPoint(TypedDict):
     """A policy of a family, with its mean on both axes."""
 
     policy: str
-    time_ratio: Interval
-    kinetic_intrusion_m2: Interval
+    delay_s: Interval
+    discomfort_s: Interval
     on_front: bool
 
 

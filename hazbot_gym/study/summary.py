@@ -12,6 +12,7 @@ import numpy.typing as npt
 from hazbot_gym.core.state import Floats
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation.encounters import Row
+from hazbot_gym.evaluation.metrics import CONTACTS, DRIVEN, PER_KM
 from hazbot_gym.evaluation.statistics.crossed_bootstrap import (
     CrossedDraws,
     crossed_draws,
@@ -20,7 +21,12 @@ from hazbot_gym.evaluation.statistics.crossed_bootstrap import (
     crossed_means,
     each_once,
 )
-from hazbot_gym.evaluation.statistics.intervals import Estimate, percentile_interval, wilson
+from hazbot_gym.evaluation.statistics.intervals import (
+    Estimate,
+    percentile_interval,
+    ratio,
+    wilson,
+)
 from hazbot_gym.evaluation.statistics.multiple_comparisons import bootstrap_p_value, holm
 from hazbot_gym.evaluation.statistics.paired_scores import differences, improvements, pair_draws
 from hazbot_gym.evaluation.statistics.pareto import standing
@@ -60,19 +66,20 @@ RATES = (
 )
 # Compared metrics, declared before any run.
 COMPARED = (
+    "delay_s",
+    "personal_m",
+    "intimate_m",
+    "person_delay_s",
+    "discomfort_s",
     "contact_robot_caused",
-    "ssm_violation",
-    "kinetic_intrusion_m2",
-    "time_ratio",
-    "rms_jerk_mps3",
 )
 LABELS = ("episode", "seed", "training_seed")  # numeric labels of an episode, not metrics
 # Tails: the mean of the worst 5 %, and the bad end of the metric.
 TAILS: dict[str, Literal["low", "high"]] = {
     "clearance_min_m": "low",
     "ttc_min_s": "low",
-    "kinetic_intrusion_m2": "high",
-    "time_ratio": "high",
+    "discomfort_s": "high",
+    "delay_s": "high",
 }
 WORST, MOST_RESAMPLES_OF_TAILS = 0.05, 1000  # each resample of a tail weights every run
 LEVELS = np.linspace(0.0, 1.0, 101)  # of the quantiles of clearance
@@ -325,10 +332,12 @@ def _estimates(
     seeds = draws.seeds.shape[1]
     scores = np.stack([values[name].astype(float).reshape(seeds, -1) for name in names])
     estimates = crossed_estimates(scores, draws, confidence=confidence)
-    return {
+    found = {
         name: _plain(_rate(each, crossed, confidence) if name in RATES else crossed)
         for name, each, crossed in zip(names, scores, estimates, strict=True)
     }
+    contacts, driven_m = (scores[names.index(name)] for name in (CONTACTS, DRIVEN))
+    return {**found, PER_KM: _plain(_per_km(contacts, driven_m, draws, confidence))}
 
 
 def _rate(scores: Floats, crossed: Estimate, confidence: float) -> Estimate:
@@ -344,6 +353,22 @@ def _rate(scores: Floats, crossed: Estimate, confidence: float) -> Estimate:
     if len(scores) == 1:
         return over
     return Estimate(over.mean, min(over.low, crossed.low), max(over.high, crossed.high))
+
+
+def _per_km(contacts: Floats, driven_m: Floats, draws: CrossedDraws, confidence: float) -> Estimate:
+    """Estimate contacts per kilometre, over all episodes together.
+
+    The interval is at least as wide as that of the share of episodes with a contact (``_rate``) at
+    the mean distance, since without contacts all resamples are equal.
+    """
+    both = np.stack([contacts, driven_m / 1000.0])
+    once, many = (ratio(*crossed_means(both, each)) for each in (each_once(draws), draws))
+    crossed = percentile_interval(float(once[0]), many, confidence=confidence)
+    if not math.isfinite(crossed.low):
+        return crossed
+    share = _rate(contacts, crossed_estimate(contacts, draws, confidence=confidence), confidence)
+    low, high = (bound / both[1].mean() for bound in share[1:])
+    return Estimate(crossed.mean, min(low, crossed.low), max(high, crossed.high))
 
 
 def _plain(estimate: Estimate) -> Interval:

@@ -25,28 +25,28 @@ class Column(NamedTuple):
 
 
 COLUMNS = (
-    Column("arrived", "arrived\n%", 100, 0, finer=1),
-    Column("timeout", "timeout\n%", 100, 0, finer=1),
-    Column("contact_robot_caused", "contact\nby robot\n%", 100, 0, finer=2),
+    Column("delay_s", "delay\ns", 1, 1, finer=1),
+    Column("personal_m", "in the\npersonal\nzone, m", finer=1),
+    Column("intimate_m", "in the\nintimate\nzone, m", finer=1),
+    Column("person_delay_s", "people's\ndelay\ns", 1, 1, finer=1),
+    Column("contacts_per_km", "contacts\nby robot\nper km", 1, 1, finer=1),
+    Column("discomfort_s", "discomfort\ns", finer=1),
     Column("contact_person_caused", "contact\nby person\n%", 100, 0, finer=2),
-    Column("ssm_violation", "SSM\nviolation\n%", 100, 0, finer=2),
-    Column("kinetic_intrusion_m2", "kinetic\nintrusion\nm²", finer=2),
-    Column("time_ratio", "time\nratio", finer=1),
-    Column("rms_jerk_mps3", "RMS\njerk\nm/s³"),
+    Column("arrived", "arrived\n%", 100, 0, finer=1),
     Column("return", "return", 1, 0, finer=1),
 )
 
 
 # Columns dropped on a narrow terminal, in order.
 SPARE = (
-    "rms_jerk_mps3",
-    "timeout",
     "contact_person_caused",
+    "discomfort_s",
     "arrived",
-    "ssm_violation",
-    "kinetic_intrusion_m2",
-    "contact_robot_caused",
-    "time_ratio",
+    "intimate_m",
+    "person_delay_s",
+    "contacts_per_km",
+    "personal_m",
+    "delay_s",
 )
 
 

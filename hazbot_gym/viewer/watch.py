@@ -45,8 +45,9 @@ COLUMNS = {
     "outcome": "s",
     "time_s": ".1f",
     "return": "z.1f",
-    "time_ratio": ".2f",
-    "kinetic_intrusion_m2": ".2f",
+    "delay_s": ".1f",
+    "personal_m": ".1f",
+    "discomfort_s": ".2f",
 }
 
 

@@ -166,7 +166,7 @@ def test_no_page_complains_or_is_wider_than_the_window(
 
 
 def test_search_finds_a_metric(browser: Any, server: str) -> None:
-    browser.open(f"{server}/search.html?q=kinetic+intrusion", 1440, 900)
+    browser.open(f"{server}/search.html?q=delay+contacts+discomfort", 1440, 900)
     found = browser.run(
         """
         const wait = (ms) => new Promise((done) => setTimeout(done, ms));

@@ -26,7 +26,7 @@ def estimate(mean: float, half: float = 0.01) -> dict[str, float]:
 
 
 def policy(**metrics: float) -> dict[str, Any]:
-    plain = dict.fromkeys((*KEPT, *RATES), 0.0) | {"time_ratio": 1.5, "kinetic_intrusion_m2": 0.05}
+    plain = dict.fromkeys((*KEPT, *RATES), 0.0) | {"delay_s": 1.5, "discomfort_s": 0.05}
     return {
         "episodes": 1000,
         "training_seeds": 1,
@@ -42,7 +42,7 @@ def summary(**learner: float) -> dict[str, Any]:
     regret = {
         name: {
             "regret": estimate(1.0),
-            "avoidable_delay": estimate(0.02),
+            "avoidable_delay_s": estimate(0.02),
             "delay_removed": estimate(0.6, 0.05),
             "normalised": estimate(0.97),
         }
@@ -115,7 +115,7 @@ SMALL = {
     )
     for name in ("contacts", "people")
 }
-GOOD = {"time_ratio": 1.4, "kinetic_intrusion_m2": 0.02}
+GOOD = {"delay_s": 1.4, "discomfort_s": 0.02}
 
 
 def test_page_leaves_no_placeholder_and_shows_every_policy(
@@ -127,14 +127,14 @@ def test_page_leaves_no_placeholder_and_shows_every_policy(
     assert "$" not in text
     for name in POLICIES:
         assert f"`{name}`" in text
-    assert "1.400 (1.390 to 1.410)" in text
+    assert "1.40 (1.39 to 1.41)" in text
 
 
 def test_headline_for_the_readme_has_six_policies(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(study_report.README_POLICIES) == 6
     monkeypatch.setattr(study_report, "README_POLICIES", ("residual",))
     table = readme_table({"tracks": record(**GOOD)})
-    assert "| `residual` | 0.00 | 1.400 | 0.0200 | 0.00 |" in table
+    assert "| `residual` | 1.40 | 0.00 | 0.000 | 0.00 | 0.00 | 0.0 |" in table
     assert "directional" not in table
 
 
@@ -170,10 +170,10 @@ def test_all_targets_can_be_reached() -> None:
 @pytest.mark.parametrize(
     ("changes", "aim"),
     [
-        ({"kinetic_intrusion_m2": 0.06}, "kinetic intrusion no higher"),
+        ({"discomfort_s": 0.06}, "discomfort no higher"),
         ({"ssm_violation": 0.1}, "SSM violation no higher"),
         ({"contact_robot_caused": 0.001}, "no contact by the robot"),
-        ({"time_ratio": 1.6, "kinetic_intrusion_m2": 0.08}, "in no group of scenarios dominated"),
+        ({"delay_s": 1.6, "discomfort_s": 0.08}, "in no group of scenarios dominated"),
     ],
 )
 def test_a_target_that_is_missed_says_so(changes: dict[str, float], aim: str) -> None:

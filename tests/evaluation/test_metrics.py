@@ -3,6 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from hazbot_gym.core.discomfort import discomfort
 from hazbot_gym.evaluation.episode import Episode
 from hazbot_gym.evaluation.metrics import (
     SsmThresholds,
@@ -39,6 +40,7 @@ def episode(**changes: object) -> Episode:
         horizon_s=2.0,
         robot_radius_m=R,
         deceleration_mps2=1.0,
+        nominal_mps=0.5,
     )
     changed: Episode = plain._replace(**changes)
     return changed._replace(people_alone=np.full((*changed.people.shape[:2], 2), np.nan))
@@ -56,7 +58,7 @@ def test_an_absent_person_is_infinitely_far() -> None:
     assert np.isinf(clearances(nobody, distances(nobody))).all()
     row = measure(nobody, SSM)
     assert row["clearance_min_m"] == np.inf
-    assert row["intrusion_m_s"] == row["kinetic_intrusion_m2"] == row["ssm_violation"] == 0.0
+    assert row["personal_m"] == row["discomfort_s"] == row["ssm_violation"] == 0.0
 
 
 def test_an_episode_without_anybody_measures_like_one_with_absent_people() -> None:
@@ -92,19 +94,29 @@ def test_a_robot_that_never_moves_violates_no_separation() -> None:
     assert (row["ssm_violation"], row["ssm_shortfall_m"]) == (0.0, 0.0)
 
 
-def test_intrusion_integrates_depth_over_time_and_people() -> None:
-    two = np.tile(np.array([[1.5, 0, 0, 0, R_I], [-1.5, 0, 0, 0, R_I]]), (5, 1, 1))
-    standing = episode(pose=np.zeros((5, 3)), people=two, speed_mps=np.full(5, 0.25))
-    row = measure(standing, SSM)
-    assert row["intrusion_m_s"] == pytest.approx(2 * 0.2 * 0.4)  # both at clearance 1.0 for 0.4 s
-    assert row["kinetic_intrusion_m2"] == pytest.approx(2 * 0.2 * 0.4 * 0.25)
+def test_distance_in_the_zones_counts_while_anybody_is_inside() -> None:
+    people = np.tile(np.array([[9.0, 0, 0, 0, R_I], [9.0, 5, 0, 0, R_I]]), (5, 1, 1))
+    people[1, 0, 0] = 0.05 + R + R_I + 1.1  # personal
+    people[2, :, 0] = 0.10 + R + R_I + 0.4  # intimate
+    people[2, 1, 1] = 0.0
+    people[4, 1] = (0.20, R + R_I + 0.5, 0, 0, R_I)  # personal
+    row = measure(episode(people=people, speed_mps=np.array([0.5, 0.5, 0.4, 0.5, 0.2])), SSM)
+    assert row["personal_m"] == pytest.approx(0.1 * (0.5 + 0.4 + 0.2))
+    assert row["intimate_m"] == pytest.approx(0.1 * 0.4)
+    assert row["driven_m"] == pytest.approx(0.1 * (0.5 + 0.4 + 0.5 + 0.2))
 
 
-def test_waiting_beside_a_person_intrudes_but_not_kinetically() -> None:
+def test_discomfort_is_that_of_one_person_at_the_square_of_the_speed() -> None:
+    near, far = [0.0, 1.0, 0.0, -1.0, R_I], [0.0, -2.0, 0.0, 1.0, R_I]  # both come to the robot
+    people = np.tile(np.array([near, far, np.full(5, np.nan)]), (5, 1, 1))
+    row = measure(episode(pose=np.zeros((5, 3)), people=people, speed_mps=np.full(5, 0.25)), SSM)
+    assert row["discomfort_s"] == pytest.approx(discomfort(0.5, 1.0) * 0.25 * 0.4)
+
+
+def test_waiting_beside_a_person_disturbs_nobody() -> None:
     near = np.tile(np.array([0.8, 0, 0, 0, R_I]), (5, 1, 1))
     row = measure(episode(pose=np.zeros((5, 3)), people=near, speed_mps=np.zeros(5)), SSM)
-    assert row["intrusion_m_s"] == pytest.approx(0.9 * 0.4)
-    assert row["kinetic_intrusion_m2"] == 0.0
+    assert row["personal_m"] == row["intimate_m"] == row["discomfort_s"] == 0.0
 
 
 def test_constant_speed_has_neither_acceleration_nor_jerk() -> None:
@@ -136,14 +148,14 @@ def test_an_arrival_is_timed_against_the_free_time() -> None:
     row = measure(episode(), SSM)
     assert (row["arrived"], row["timeout"]) == (1, 0)
     assert row["time_s"] == pytest.approx(0.4)
-    assert row["time_ratio"] == pytest.approx(2.0)
+    assert (row["time_ratio"], row["delay_s"]) == (pytest.approx(2.0), pytest.approx(0.2))
     assert row["stl"] == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize("outcome", ["timeout", "contact_person", "contact_wall"])
 def test_whoever_does_not_arrive_takes_the_whole_horizon(outcome: str) -> None:
     row = measure(episode(outcome=outcome), SSM)
-    assert row["time_ratio"] == pytest.approx(10.0)
+    assert (row["time_ratio"], row["delay_s"]) == (pytest.approx(10.0), pytest.approx(1.8))
     assert row["stl"] == 0.0
 
 
@@ -206,7 +218,15 @@ def test_one_decision_is_enough_to_measure() -> None:
     short = plain._replace(
         **{
             name: getattr(plain, name)[:2]
-            for name in ("time_s", "pose", "speed_mps", "command_mps", "pose_error", "people")
+            for name in (
+                "time_s",
+                "pose",
+                "speed_mps",
+                "command_mps",
+                "pose_error",
+                "people",
+                "people_alone",
+            )
         },
         rewards=np.ones(1),
         reward_terms={},

@@ -60,8 +60,20 @@ def test_without_people_full_speed_takes_the_free_time() -> None:
     (row,) = evaluate("constant:1.0", "hazbot_gym/Corridor-v0", episodes=1, overrides=nobody)
     assert row["arrived"] == 1
     assert row["time_ratio"] == pytest.approx(1.0, abs=0.02)
-    assert row["kinetic_intrusion_m2"] == 0.0
+    assert row["delay_s"] == pytest.approx(0.0, abs=0.5)
+    assert row["personal_m"] == row["discomfort_s"] == row["person_delay_s"] == 0.0
     assert row["cross_track_max_m"] < 0.1
+
+
+@pytest.mark.parametrize("engine", ["batched", "pymunk"])
+def test_discomfort_is_the_intrusion_of_a_reward_that_charges_it(engine: str) -> None:
+    overrides = {"nearness": "discomfort"}
+    rows = evaluate(
+        "constant:0.8", "hazbot_gym/Crossing-v0", episodes=3, overrides=overrides, engine=engine
+    )
+    felt_s = [row["discomfort_s"] for row in rows]
+    assert felt_s == pytest.approx([0.1 * row["reward_intrusion"] for row in rows])
+    assert max(felt_s) > 0.1
 
 
 @pytest.mark.parametrize("engine", ["batched", "pymunk"])

@@ -22,12 +22,12 @@ def test_crossing_bears_more_and_then_ends_in_a_touch() -> None:
 
 def test_delay_costs_intrusion_among_people_who_react() -> None:
     rows = [row for row in families(10) if row["family"] == "Encountering"]
-    assert rows[-1]["kinetic_intrusion_m2"] > 3.0 * rows[0]["kinetic_intrusion_m2"]
+    assert rows[-1]["personal_m"] > 1.5 * rows[0]["personal_m"]
 
 
 def test_a_family_is_compared_with_itself() -> None:
     rows = [
-        {"family": family, "delay_s": delay_s, "kinetic_intrusion_m2": intrusion}
+        {"family": family, "delay_s": delay_s, "personal_m": intrusion}
         for family, delay_s, intrusion in (
             ("A", 0.0, 0.1),
             ("A", 1.0, 0.2),

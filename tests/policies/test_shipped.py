@@ -61,7 +61,7 @@ def test_it_drives_on_an_empty_floor_and_stops_for_nobody(tier: str) -> None:
         )
     )
     assert found["arrived"] == 1.0
-    assert found["time_ratio"] < 1.2
+    assert found["delay_s"] < 5.0
 
 
 @tiers
@@ -71,7 +71,7 @@ def test_it_arrives_without_driving_into_anybody(tier: str) -> None:
         evaluate("ppo", "hazbot_gym/Crossing-v0", episodes=30, seed=9, overrides=overrides)
     )
     assert found["arrived"] > 0.9
-    assert found["contact_robot_caused"] == 0.0
+    assert found["contacts_per_km"] == 0.0
 
 
 def test_one_name_serves_both_tiers() -> None:

@@ -15,12 +15,12 @@ SETS = tuple(
 STUDY = StudyConfig(policies=("fuzzy_expert", "ppo", "learned:path=a[/b].npz", "ttc"), sets=SETS)
 
 
-def result(returns: float, gain: tuple[float, float, float], arrived: float = 1.25) -> Any:
+def result(returns: float, gain: tuple[float, float, float], delay: float = 1.25) -> Any:
     means = {
         "return": returns,
-        "time_ratio": arrived,
-        "kinetic_intrusion_m2": 0.03,
-        "contact_robot_caused": 0.01,
+        "delay_s": delay,
+        "personal_m": 0.03,
+        "contacts_per_km": 0.01,
     }
     return {
         "dominated_by": None,
@@ -48,8 +48,8 @@ def test_the_answer_names_the_sets_where_a_learned_policy_is_better_and_worse() 
     says(
         answer(summary(), STUDY),
         "2 learned ... ppo ... fuzzy_expert ... 1 of 3 ... (easy) ... 1 (hard) ... 1 ... all sets"
-        " ... +0.50 (95% ... -0.25 to 1.50) ... 1.250 ... 1.500 ... 0.0300 ... 0.0300 m²"
-        " ... 1.00 ... 1.00 %",
+        " ... +0.50 (95% ... -0.25 to 1.50) ... 1.25 ... 1.50 s ... 0.03 ... 0.03 m"
+        " ... 0.01 ... 0.01",
     )
 
 
@@ -85,9 +85,9 @@ def test_without_a_learned_policy_beside_the_reference_the_answer_says_so(
 
 def test_a_metric_that_is_nowhere_defined_is_left_out() -> None:
     found = summary()
-    found["sets"]["all sets"]["ppo"]["metrics"]["time_ratio"]["mean"] = None
+    found["sets"]["all sets"]["ppo"]["metrics"]["delay_s"]["mean"] = None
 
-    assert "time ratio" not in answer(found, STUDY)
+    assert "the delay" not in answer(found, STUDY)
 
 
 def test_a_single_scenario_makes_no_policy_better() -> None:

@@ -98,7 +98,7 @@ def test_summary_counts_training_seeds_as_runs(finished: Path) -> None:
     assert block["tiny ppo"]["training_seeds"] == 2
     assert block["tiny ppo"]["episodes"] == 8
     assert block["constant:1.0"]["training_seeds"] == 1
-    difference = block["tiny ppo"]["difference"]["time_ratio"]
+    difference = block["tiny ppo"]["difference"]["delay_s"]
     assert difference["low"] <= difference["mean"] <= difference["high"]
     assert 0.0 < difference["p"] <= difference["p_holm"] <= 1.0
     rows = pd.read_parquet(finished / store.EPISODES)

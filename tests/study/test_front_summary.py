@@ -20,8 +20,8 @@ def rows(policy: str, time: float, intrusion: float, seeds: int = 1) -> pd.DataF
             "policy": policy,
             "scenario_set": "a",
             "training_seed": np.repeat(np.arange(seeds), 4),
-            "time_ratio": time,
-            "kinetic_intrusion_m2": intrusion,
+            "delay_s": time,
+            "discomfort_s": intrusion,
         }
     )
 
@@ -34,7 +34,7 @@ def test_families_are_areas_up_to_the_corner_and_learners_may_have_other_numbers
     assert found["two"]["hypervolume"].mean == pytest.approx(0.25 + 0.25 * 0.25)
     assert found["two"]["difference"].mean == pytest.approx(0.0625)
     assert [point["on_front"] for point in found["two"]["points"]] == [True, True, False]
-    assert found["two"]["points"][1]["time_ratio"].mean == 1.25
+    assert found["two"]["points"][1]["delay_s"].mean == 1.25
 
 
 def test_a_study_drives_the_sweeps_of_its_fronts_only_where_they_are_wanted() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hazbot_gym.evaluation.metrics import HEADLINE, means
+from hazbot_gym.evaluation.metrics import HEADLINE, PER_KM, means
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.summary import COMPARED, RATES, summarise, summarise_one
@@ -15,6 +15,7 @@ from hazbot_gym.study.terminal_tables import study_tables
 from hazbot_gym.utils.terminal import output_console
 from tests.refusals import refused
 
+EACH = [name for name in HEADLINE if name != PER_KM]  # of a single episode
 STUDY = StudyConfig(
     policies=("constant:0.5", "fuzzy_expert:rules=literal8"),
     sets=tuple(ScenarioSet(name=name, env="hazbot_gym/Corridor-v0") for name in ("easy", "hard")),
@@ -24,7 +25,7 @@ STUDY = StudyConfig(
 
 
 def made_up_rows(study: StudyConfig = STUDY) -> list[dict[str, object]]:
-    """Rows in which the second policy intrudes by exactly 0.5 m2 less in every scenario."""
+    """Rows in which the second policy's discomfort is less by exactly 0.5 s in every scenario."""
     rows = []
     for scenarios in study.sets:
         for better, policy in enumerate(study.policies):
@@ -32,7 +33,7 @@ def made_up_rows(study: StudyConfig = STUDY) -> list[dict[str, object]]:
             for index in range(study.episodes):
                 noise = rng.normal()
                 rows.append(
-                    dict.fromkeys((*HEADLINE, *RATES), 0)
+                    dict.fromkeys((*EACH, *RATES), 0)
                     | {
                         "policy": policy,
                         "scenario_set": scenarios.name,
@@ -44,8 +45,9 @@ def made_up_rows(study: StudyConfig = STUDY) -> list[dict[str, object]]:
                         "scenario_hash": str(index),
                         "ssm_profile": study.ssm.profile(),
                         "arrived": int(index > 1),
-                        "kinetic_intrusion_m2": 3.0 + noise - 0.5 * better,
-                        "time_ratio": 1.25,
+                        "driven_m": 12.5,
+                        "discomfort_s": 3.0 + noise - 0.5 * better,
+                        "delay_s": 1.25,
                         "return": -1234.5 + noise,
                         "contact_speed_mps": float("nan"),
                     }
@@ -60,7 +62,7 @@ def test_every_policy_has_means_and_intervals_in_every_set_and_in_all() -> None:
     assert result["episodes"] == 20
     assert result["metrics"]["arrived"]["mean"] == 0.9
     assert result["metrics"]["arrived"]["low"] == pytest.approx(0.699, abs=1e-3)  # Wilson
-    assert result["metrics"]["time_ratio"] == {"mean": 1.25, "low": 1.25, "high": 1.25}
+    assert result["metrics"]["delay_s"] == {"mean": 1.25, "low": 1.25, "high": 1.25}
     assert result["metrics"]["contact_speed_mps"] == {"mean": None, "low": None, "high": None}
     assert not {"episode", "seed", "training_seed"} & set(result["metrics"])
     assert summary["sets"]["all sets"]["constant:0.5"]["episodes"] == 40
@@ -70,12 +72,12 @@ def test_differences_are_paired_and_against_the_reference() -> None:
     summary = summarise(pd.DataFrame(made_up_rows()), STUDY)
     policy = summary["sets"]["easy"]["fuzzy_expert:rules=literal8"]
     assert set(policy["difference"]) == set(COMPARED)
-    difference = policy["difference"]["kinetic_intrusion_m2"]
+    difference = policy["difference"]["discomfort_s"]
     assert [difference[name] for name in ("mean", "low", "high")] == [-0.5, -0.5, -0.5]
     assert difference["less"] == 1.0  # in every scenario
     assert difference["p"] == pytest.approx(2 / 201)  # the least that 200 resamples can show
-    assert difference["p_holm"] == pytest.approx(5 * 2 / 201)  # five metrics, one other policy
-    width = policy["metrics"]["kinetic_intrusion_m2"]
+    assert difference["p_holm"] == pytest.approx(6 * 2 / 201)  # six metrics, one other policy
+    width = policy["metrics"]["discomfort_s"]
     assert width["high"] - width["low"] > 0.3
 
 
@@ -84,12 +86,12 @@ def test_a_single_scenario_has_means_and_no_intervals() -> None:
     summary = summarise(pd.DataFrame(made_up_rows(study)), study)
     for name in ("easy", "all sets"):  # each set is resampled by itself
         policy = summary["sets"][name]["fuzzy_expert:rules=literal8"]
-        assert policy["metrics"]["time_ratio"] == {"mean": 1.25, "low": None, "high": None}
+        assert policy["metrics"]["delay_s"] == {"mean": 1.25, "low": None, "high": None}
         assert policy["metrics"]["arrived"]["low"] is policy["metrics"]["arrived"]["high"] is None
-        difference = policy["difference"]["kinetic_intrusion_m2"]
+        difference = policy["difference"]["discomfort_s"]
         assert (difference["mean"], difference["low"], difference["p"]) == (-0.5, None, None)
         assert policy["return_gain"]["low"] is None
-        assert policy["tails"]["time_ratio"]["high"] is None
+        assert policy["tails"]["delay_s"]["high"] is None
 
 
 def test_the_same_rows_give_the_same_bytes() -> None:
@@ -123,12 +125,33 @@ def test_scenarios_of_the_bank_must_be_as_it_has_them() -> None:
 
 def test_means_leave_out_what_is_not_defined() -> None:
     rows = made_up_rows()[:4]
-    rows[0]["time_ratio"] = float("nan")
+    rows[0]["delay_s"] = float("nan")
     for row in rows:
         row["return"] = float("nan")
-    assert means(rows)["time_ratio"] == 1.25
+    assert means(rows)["delay_s"] == 1.25
     assert means(rows)["return"] is None
     assert tuple(means(rows)) == HEADLINE
+
+
+def test_contacts_per_kilometre_are_all_contacts_over_the_whole_distance() -> None:
+    rows = made_up_rows()[:40]
+    for row in rows[:2]:
+        row["contact_robot_caused"], row["driven_m"] = 1, 2.5
+    assert means(rows)[PER_KM] == pytest.approx(2 / (0.0025 * 2 + 0.0125 * 38))
+
+
+@pytest.mark.parametrize("contacts", [0, 1, 5])
+def test_an_interval_of_contacts_per_kilometre_is_at_least_that_of_their_share(
+    contacts: int,
+) -> None:
+    rows = made_up_rows()[:20]
+    for row in rows[:contacts]:
+        row["contact_robot_caused"] = 1
+    found = summarise_one(rows, seed=0)["metrics"]
+    share, per_km = found["contact_robot_caused"], found[PER_KM]
+    assert per_km["mean"] == pytest.approx(80.0 * contacts / 20)  # 80 drives are a kilometre
+    assert per_km["low"] <= 80.0 * share["low"] + 1e-6
+    assert per_km["high"] >= 80.0 * share["high"] - 1e-6
 
 
 def test_one_policy_is_summarised_like_the_same_policy_in_a_study() -> None:
@@ -150,7 +173,7 @@ def test_tables_fit_every_terminal_with_no_name_and_no_interval_cut_off(width: i
     for text in ("easy", "hard", "all sets", "rules=literal8", "-1235..-1234"):
         assert text in out.getvalue()
     assert ("70..97" in out.getvalue()) == (width == 120)
-    assert ("Too narrow to show: RMS jerk" in out.getvalue()) == (width < 120)
+    assert ("Too narrow to show: contact by person" in out.getvalue()) == (width < 120)
 
 
 def test_the_headline_is_the_only_table_unless_more_is_asked_for() -> None:
@@ -180,20 +203,20 @@ def test_seeds_of_a_learner_that_differ_widen_its_intervals() -> None:
     study = STUDY.model_copy(update={"sets": STUDY.sets[:1]})
     rows = made_up_rows(study)
     other = [
-        {**row, "training_seed": 1, "time_ratio": 1.75}
+        {**row, "training_seed": 1, "delay_s": 1.75}
         for row in rows
         if row["policy"] == study.policies[1]
     ]
     result = summarise(pd.DataFrame([*other, *rows]), study)["sets"]["easy"][study.policies[1]]
-    assert result["metrics"]["time_ratio"] == {"mean": 1.5, "low": 1.25, "high": 1.75}
-    assert result["difference"]["time_ratio"]["low"] == 0.0
-    assert result["difference"]["time_ratio"]["high"] == 0.5
+    assert result["metrics"]["delay_s"] == {"mean": 1.5, "low": 1.25, "high": 1.75}
+    assert result["difference"]["delay_s"]["low"] == 0.0
+    assert result["difference"]["delay_s"]["high"] == 0.5
 
 
 def test_each_policy_has_its_pareto_standing_and_clearances_in_every_set() -> None:
     rows = pd.DataFrame(made_up_rows())
-    rows["time_ratio"] = np.where(rows["policy"] == STUDY.policies[1], 1.0, 9.0)
-    rows["kinetic_intrusion_m2"] = rows["time_ratio"] + 0.1 * rows["arrived"]
+    rows["delay_s"] = np.where(rows["policy"] == STUDY.policies[1], 1.0, 9.0)
+    rows["discomfort_s"] = rows["delay_s"] + 0.1 * rows["arrived"]
     rows["clearance_min_m"] = np.where(rows["episode"] < 5, np.inf, 0.1 * rows["episode"])
     for block in summarise(rows, STUDY)["sets"].values():
         worse, better = (block[policy] for policy in STUDY.policies)

@@ -181,7 +181,7 @@ def test_what_is_watched_is_what_eval_measures() -> None:
         show.policy, show.env_id, episodes=2, seed=5, overrides=show.overrides, engine="pymunk"
     )
     for row, expected in zip(rows, measured, strict=True):
-        for name in ("seed", "outcome", "return", "time_ratio", "kinetic_intrusion_m2"):
+        for name in ("seed", "outcome", "return", "delay_s", "personal_m"):
             assert row[name] == expected[name]
     assert not pygame.display.get_init()
 
@@ -258,7 +258,8 @@ def test_the_table_has_a_line_for_each_episode() -> None:
         "outcome",
         "time_s",
         "return",
-        "time_ratio",
-        "kinetic_intrusion_m2",
+        "delay_s",
+        "personal_m",
+        "discomfort_s",
     ]
     assert result.row_count == 2

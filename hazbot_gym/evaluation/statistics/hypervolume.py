@@ -1,6 +1,6 @@
 """Hypervolume of a family of policies on two axes, both to be minimized.
 
-A policy trades time against intrusion, so a family is a front: a policy for every value of its
+A policy trades delay against discomfort, so a family is a front: a policy for every value of its
 parameter. Its hypervolume (Zitzler and Thiele 1998) is the area between the front and a reference
 point that is worse than all. Independent noise of the points biases a front outwards, increasingly
 with more points; compare families of equal size, in the same scenarios.
@@ -23,13 +23,13 @@ class Point(NamedTuple):
     """A policy of a family: its scores on the two axes.
 
     Attributes:
-        time_ratio: (R, N) of R seeds in N scenarios.
-        intrusion: (R, N) likewise.
+        delay: (R, N) of R seeds in N scenarios.
+        discomfort: (R, N) likewise.
         draws: of these seeds, and of the scenarios, which all points of all fronts share.
     """
 
-    time_ratio: npt.ArrayLike
-    intrusion: npt.ArrayLike
+    delay: npt.ArrayLike
+    discomfort: npt.ArrayLike
     draws: CrossedDraws
 
 
@@ -94,7 +94,7 @@ def _of_data(front: Front, reference: npt.ArrayLike) -> float:
 def _of_resamples(front: Front, reference: npt.ArrayLike) -> Floats:
     """Return the hypervolume of each resample, (B,)."""
     means = [
-        [crossed_mean(scores, point.draws) for scores in (point.time_ratio, point.intrusion)]
+        [crossed_mean(scores, point.draws) for scores in (point.delay, point.discomfort)]
         for point in front
     ]
     return hypervolume(np.moveaxis(np.array(means), 2, 0), reference)

@@ -1,4 +1,4 @@
-"""Pareto dominance of policies, which trade time against intrusion.
+"""Pareto dominance of policies, which trade delay against discomfort of people.
 
 A policy is dominated if another policy is better on both axes with disjoint intervals. This test is
 conservative: overlapping intervals can still hide a difference between paired episodes.
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-AXES = ("time_ratio", "kinetic_intrusion_m2")  # both are minimized
+AXES = ("delay_s", "discomfort_s")  # both are minimized
 
 Metrics = Mapping[str, Mapping[str, float | None]]
 
@@ -38,9 +38,9 @@ def standing(policies: Mapping[str, Mapping[str, Any]]) -> dict[str, list[str] |
     return {policy: by if is_known else None for policy, by in dominated(policies).items()}
 
 
-def dominates(ours: Metrics, theirs: Metrics) -> bool:
+def dominates(ours: Metrics, theirs: Metrics, axes: tuple[str, str] = AXES) -> bool:
     """Return True if ours is better on both axes, with disjoint intervals."""
-    return all(_is_less(ours[axis]["high"], theirs[axis]["low"]) for axis in AXES)
+    return all(_is_less(ours[axis]["high"], theirs[axis]["low"]) for axis in axes)
 
 
 def _is_less(a: float | None, b: float | None) -> bool:

@@ -1,7 +1,7 @@
 """Regret of policies relative to the oracle, scenario by scenario.
 
-With J and T a policy's return and time ratio, J* and T* the same of the oracle in the same
-scenario, J_c the return of the best constant speed and T_r the time ratio of the reference:
+With J and T a policy's return and delay, J* and T* the same of the oracle in the same scenario, J_c
+the return of the best constant speed and T_r the delay of the reference:
 
     regret            mean(J* - J)
     normalised        mean(J - J_c) / mean(J* - J_c)      0 the constant speed, 1 the oracle
@@ -25,6 +25,7 @@ from hazbot_gym.evaluation.statistics.crossed_bootstrap import (
     each_once,
 )
 from hazbot_gym.evaluation.statistics.intervals import Estimate, percentile_interval, ratio
+from hazbot_gym.evaluation.statistics.pareto import AXES
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -52,7 +53,7 @@ def regrets(
     rng = np.random.default_rng(seed)
     drawn = crossed_draws(best["scenario_set"], [*seeds, 1], rng, resamples=resamples)
     draws = dict(zip(names, drawn, strict=False))
-    mark = {name: best[name].to_numpy(float)[None] for name in ("bound", "time_ratio")}
+    mark = {name: best[name].to_numpy(float)[None] for name in ("bound", "delay_s")}
     constants = [name for name in names if name.startswith(CONSTANT)]
     constant = max(constants, key=lambda name: scores[name]["return"].mean(), default=None)
 
@@ -60,12 +61,12 @@ def regrets(
         return top - scores[name][metric], draws[name]
 
     def of(name: str) -> dict[str, Estimate]:
-        delay = over(name, "time_ratio", mark["time_ratio"])
+        delay = over(name, "delay_s", mark["delay_s"])
         found = {
             "regret": _estimate(confidence, over(name, "return", mark["bound"])),
-            "avoidable_delay": _negative(_estimate(confidence, delay)),
+            "avoidable_delay_s": _negative(_estimate(confidence, delay)),
             "delay_removed": _one_less(
-                _estimate(confidence, delay, over(reference, "time_ratio", mark["time_ratio"]))
+                _estimate(confidence, delay, over(reference, "delay_s", mark["delay_s"]))
             ),
         }
         if constant is not None:
@@ -77,7 +78,7 @@ def regrets(
             found["normalised"] = _one_less(left)
         return found
 
-    metrics = ("bound", "time_ratio", "kinetic_intrusion_m2")
+    metrics = ("bound", *AXES)
     return {
         "episodes": len(best),
         "constant": constant,
@@ -89,9 +90,9 @@ def regrets(
 def _scores(rows: pd.DataFrame, best: pd.DataFrame) -> dict[str, Floats]:
     """Return a policy's scores (training seeds, scenarios) in the scenarios of the oracle."""
     keys = ["scenario_set", "episode"]
-    table = rows.set_index([*keys, "training_seed"])[["return", "time_ratio"]].unstack()
+    table = rows.set_index([*keys, "training_seed"])[["return", "delay_s"]].unstack()
     mine = table.loc[list(best[keys].itertuples(index=False, name=None))]
-    return {name: mine[name].to_numpy(float).T for name in ("return", "time_ratio")}
+    return {name: mine[name].to_numpy(float).T for name in ("return", "delay_s")}
 
 
 def _estimate(

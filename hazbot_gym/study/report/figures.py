@@ -34,7 +34,7 @@ CLEAR = "rgba(0,0,0,0)"
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
 TICKS = [float(f"{digit}e{power}") for power in range(-6, 4) for digit in (1, 2, 5)]
 LOGARITHMIC = {"type": "log", "tickvals": TICKS, "ticktext": [f"{tick:g}" for tick in TICKS]}
-WIDE = 10.0  # ratio of intrusions above which their axis is logarithmic
+WIDE = 10.0  # ratio of discomforts above which their axis is logarithmic
 MARKED = 8  # points with a mark on a line
 EVERY = 5  # instants between two points of a distance plot
 MOST = 0.8  # share of episodes that the axis of clearance shows,
@@ -70,7 +70,7 @@ def library() -> str:
 
 
 def front(block: SetResults, looks: Styles) -> Figure:
-    """Plot kinetic intrusion over time ratio with intervals; a line joins swept policies.
+    """Plot discomfort over delay with intervals; a line joins swept policies.
 
     Args:
         block: one set of a study's summary.
@@ -98,13 +98,13 @@ def front(block: SetResults, looks: Styles) -> Figure:
             textposition="top left" if [point["mean"]] == swept[-1:] else "top right",
             textfont={"color": SOFT, "size": 12},
             marker={"color": look.color, "symbol": look.mark + hollow, "size": 11},
-            hovertemplate="time ratio %{x:.3f}<br>kinetic intrusion %{y:.4f} m²",
+            hovertemplate="delay %{x:.2f} s<br>discomfort %{y:.3f} s",
         )
-    figure.update_xaxes(title="time ratio (1: as without people)")
-    intrusions = [point["mean"][1] for point in known.values()]
-    is_wide = min(intrusions, default=0.0) > 0.0 and max(intrusions) > WIDE * min(intrusions)
+    figure.update_xaxes(title="delay [s]")
+    discomforts = [point["mean"][1] for point in known.values()]
+    is_wide = min(discomforts, default=0.0) > 0.0 and max(discomforts) > WIDE * min(discomforts)
     scale = LOGARITHMIC if is_wide else {"rangemode": "tozero"}
-    figure.update_yaxes(title="kinetic intrusion [m²]", **scale)
+    figure.update_yaxes(title="discomfort [s]", **scale)
     return _finish(figure)
 
 
@@ -123,16 +123,16 @@ def families(block: dict[str, Family]) -> Figure:
         x, y = ([each[axis] for each in best] for axis in (0, 1))
         figure.add_scatter(x=x, y=y, mode="lines", line=line, hoverinfo="skip", name=family)
         figure.add_scatter(
-            x=[each["time_ratio"]["mean"] for each in points],
-            y=[each["kinetic_intrusion_m2"]["mean"] for each in points],
+            x=[each["delay_s"]["mean"] for each in points],
+            y=[each["discomfort_s"]["mean"] for each in points],
             mode="markers",
             name=family,
             marker={"color": look.color, "symbol": look.mark, "size": 8},
             text=[each["policy"] for each in points],
-            hovertemplate="%{text}<br>time ratio %{x:.3f}<br>kinetic intrusion %{y:.4f} m²",
+            hovertemplate="%{text}<br>delay %{x:.2f} s<br>discomfort %{y:.3f} s",
         )
-    figure.update_xaxes(title="time ratio (1: as without people)", range=[1.0, 2.5])
-    figure.update_yaxes(title="kinetic intrusion [m²]", **LOGARITHMIC)
+    figure.update_xaxes(title="delay [s]", rangemode="tozero")
+    figure.update_yaxes(title="discomfort [s]", **LOGARITHMIC)
     return _finish(figure)
 
 
@@ -229,10 +229,10 @@ def _point(metrics: Metrics) -> Point | None:
 
 def _mean_of(point: FrontPoint) -> tuple[float, float]:
     """Return the mean of a point on both axes."""
-    time_ratio, intrusion = point["time_ratio"]["mean"], point["kinetic_intrusion_m2"]["mean"]
-    if time_ratio is None or intrusion is None:
+    delay_s, discomfort_s = point["delay_s"]["mean"], point["discomfort_s"]["mean"]
+    if delay_s is None or discomfort_s is None:
         raise ValueError(f"a front with {point['policy']!r}, whose mean is unknown")
-    return time_ratio, intrusion
+    return delay_s, discomfort_s
 
 
 def _whisker(point: Point, axis: int, look: Style) -> Figure:

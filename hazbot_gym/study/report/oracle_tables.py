@@ -11,22 +11,22 @@ from hazbot_gym.study.results import Family, Interval, OracleComparison, SetResu
 REGRETS = (
     ("regret", "regret, in return", 1.0, 2),
     ("normalised", "normalised, constant speed to oracle, %", 100.0, 1),
-    ("avoidable_delay", "avoidable delay, time ratio", 1.0, 3),
+    ("avoidable_delay_s", "avoidable delay, s", 1.0, 2),
     ("delay_removed", "removed share of the reference's delay, %", 100.0, 0),
 )
 # Of ``tails`` of a policy: metric, title.
 TAILS = (
     ("clearance_min_m", "minimum clearance, m"),
     ("ttc_min_s", "minimum time to collision, s"),
-    ("kinetic_intrusion_m2", "kinetic intrusion, m²"),
-    ("time_ratio", "time ratio"),
+    ("discomfort_s", "discomfort, s"),
+    ("delay_s", "delay, s"),
 )
 # Shown for out-of-distribution places, people and robots: metric, title, scale, digits.
 ELSEWHERE = (
-    ("time_ratio", "time ratio", 1.0, 2),
-    ("kinetic_intrusion_m2", "kinetic intrusion, m²", 1.0, 3),
-    ("contact_robot_caused", "contacts by robot, %", 100.0, 1),
-    ("ssm_violation", "SSM violation, %", 100.0, 1),
+    ("delay_s", "delay, s", 1.0, 2),
+    ("personal_m", "in the personal zone, m", 1.0, 2),
+    ("discomfort_s", "discomfort, s", 1.0, 2),
+    ("contacts_per_km", "contacts by robot per km", 1.0, 2),
 )
 
 

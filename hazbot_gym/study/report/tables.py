@@ -8,16 +8,14 @@ from hazbot_gym.study.results import Difference, Interval, SetResults
 from hazbot_gym.study.summary import COMPARED
 from hazbot_gym.study.terminal_tables import COLUMNS, Column
 
-# Terminal columns in the first table; the other two are in the full tables.
-HEADLINE = (
-    "arrived",
-    "contact_robot_caused",
-    "time_ratio",
-    "kinetic_intrusion_m2",
-    "ssm_violation",
-    "rms_jerk_mps3",
-    "return",
-)
+# Columns of the tables; the last one is in the differences, where a ratio of sums has no pairs.
+KNOWN = {
+    column.metric: column
+    for column in (
+        *COLUMNS,
+        Column("contact_robot_caused", "contacts\nby robot\n%", 100, 0, finer=2),
+    )
+}
 MORE_IS_BETTER = ("arrived", "return")
 UNKNOWN = "?"
 NAMED = 3  # of dominating policies
@@ -47,7 +45,7 @@ class Table(NamedTuple):
 
 def headline(block: SetResults, policies: tuple[str, ...]) -> Table:
     """Return the table of headline metrics, one row per policy."""
-    columns = _columns(HEADLINE)
+    columns = COLUMNS
     best = {column.metric: _best(block, column) for column in columns}
     lines = [
         Line(
@@ -69,11 +67,10 @@ def headline(block: SetResults, policies: tuple[str, ...]) -> Table:
 def all_metrics(block: SetResults, policies: tuple[str, ...]) -> Table:
     """Return the table of all metrics, one row per metric."""
     names = list(block[policies[0]]["metrics"])
-    known = {column.metric: column for column in COLUMNS}
-    first = [name for name in known if name in names]
+    first = [name for name in KNOWN if name in names]
     lines = []
-    for name in [*first, *(other for other in names if other not in known)]:
-        column = known.get(name)
+    for name in [*first, *(other for other in names if other not in KNOWN)]:
+        column = KNOWN.get(name)
         estimates = [block[policy]["metrics"][name] for policy in policies]
         lines.append(
             Line(_title(column) if column else name, [_cell(each, column) for each in estimates])
@@ -83,7 +80,7 @@ def all_metrics(block: SetResults, policies: tuple[str, ...]) -> Table:
 
 def differences(block: SetResults, policies: tuple[str, ...], reference: str) -> Table:
     """Return the table of paired differences from the reference policy, on the same scenarios."""
-    columns = _columns(COMPARED)
+    columns = [KNOWN[metric] for metric in COMPARED]
     lines = [
         Line(
             policy,
@@ -104,11 +101,6 @@ def _some(names: list[str]) -> str:
     """Return the first names of a list, and the number of omitted ones."""
     shown, more = names[:NAMED], len(names) - NAMED
     return ", ".join(shown) + (f" and {more} more" if more > 0 else "")
-
-
-def _columns(metrics: tuple[str, ...]) -> list[Column]:
-    known = {column.metric: column for column in COLUMNS}
-    return [known[metric] for metric in metrics]
 
 
 def _title(column: Column) -> str:

@@ -87,7 +87,7 @@ def table(policy: str, returns: Any, times: Any) -> pd.DataFrame:
             "episode": np.tile(np.arange(scores.shape[1]), len(scores)),
             "training_seed": np.repeat(np.arange(len(scores)), scores.shape[1]),
             "return": scores.ravel(),
-            "time_ratio": np.atleast_2d(times).ravel(),
+            "delay_s": np.atleast_2d(times).ravel(),
         }
     )
 
@@ -98,8 +98,8 @@ def test_regret_and_delay_are_worked_out_against_the_oracle_of_the_same_scenario
             "scenario_set": "a",
             "episode": [0, 1],
             "bound": [10.0, 20.0],
-            "time_ratio": [1.0, 1.2],
-            "kinetic_intrusion_m2": [0.0, 0.1],
+            "delay_s": [1.0, 1.2],
+            "discomfort_s": [0.0, 0.1],
         }
     )
     rows = pd.concat(
@@ -118,7 +118,7 @@ def test_regret_and_delay_are_worked_out_against_the_oracle_of_the_same_scenario
     assert learner["regret"].mean == pytest.approx((1 + 2 + 1 + 4) / 4)
     assert learner["regret"].low <= 2.0 <= learner["regret"].high
     assert learner["normalised"].mean == pytest.approx(1 - 2.0 / 10.0)
-    assert learner["avoidable_delay"].mean == pytest.approx(0.2)
+    assert learner["avoidable_delay_s"].mean == pytest.approx(0.2)
     assert learner["delay_removed"].mean == pytest.approx(1 - 0.2 / 0.5)
     assert expert["delay_removed"] == (0.0, 0.0, 0.0)
     assert found["policies"]["constant:0.5"]["normalised"] == (0.0, 0.0, 0.0)

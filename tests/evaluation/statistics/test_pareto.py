@@ -8,7 +8,7 @@ from hazbot_gym.evaluation.statistics.pareto import dominated, standing
 
 
 def result(time: float, intrusion: float, half: float = 0.1) -> dict[str, Any]:
-    axes = {"time_ratio": time, "kinetic_intrusion_m2": intrusion}
+    axes = {"delay_s": time, "discomfort_s": intrusion}
     return {
         "metrics": {
             name: {"mean": mean, "low": mean - half, "high": mean + half}
@@ -41,7 +41,7 @@ def test_everybody_who_dominates_is_named_in_order() -> None:
 
 def test_what_is_not_known_dominates_nobody_and_is_not_dominated() -> None:
     unknown = result(1.0, 1.0)
-    unknown["metrics"]["time_ratio"] = {"mean": None, "low": None, "high": None}
+    unknown["metrics"]["delay_s"] = {"mean": None, "low": None, "high": None}
     policies = {"unknown": unknown, "good": result(0.1, 0.1, 0.01), "bad": result(9.0, 9.0)}
     assert dominated(policies) == {"unknown": [], "good": [], "bad": ["good"]}
 

@@ -51,7 +51,7 @@ def test_families_are_drawn_with_their_own_fronts(study: report.Study, page: str
     line, points, *_ = plots["together"]["data"]
     assert line["name"] == points["name"] == "careful"
     found = study.summary["fronts"]["together"]["careful"]["points"]
-    times = [each["time_ratio"]["mean"] for each in found]
+    times = [each["delay_s"]["mean"] for each in found]
     assert points["x"] == times
     assert set(line["x"]) <= set(times)
 

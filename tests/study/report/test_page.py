@@ -77,9 +77,9 @@ def test_what_is_drawn_are_the_recorded_numbers(study: report.Study, page: str) 
     front = {trace["name"]: trace for trace in plots["front"]["Crossing"]["data"]}
     for policy, result in study.summary["sets"]["Crossing"].items():
         metrics, trace = result["metrics"], front[policy]
-        assert trace["x"] == [metrics["time_ratio"]["mean"]]
+        assert trace["x"] == [metrics["delay_s"]["mean"]]
         high = trace["y"][0] + trace["error_y"]["array"][0]
-        assert high == pytest.approx(metrics["kinetic_intrusion_m2"]["high"])
+        assert high == pytest.approx(metrics["discomfort_s"]["high"])
 
 
 def test_only_swept_policies_are_joined_to_a_front(page: str) -> None:
@@ -116,9 +116,9 @@ def test_the_headline_is_over_what_is_in_distribution_alone(study: report.Study)
     assert (found.name, found.sets) == (IN_DISTRIBUTION, ["Crossing", "Corridor"])
     rows = study.rows[study.rows["scenario_set"] != "E*"]
     for policy, result in found.policies.items():
-        mean = rows[rows["policy"] == policy]["time_ratio"].mean()
+        mean = rows[rows["policy"] == policy]["delay_s"].mean()
         assert result["episodes"] == 8
-        assert result["metrics"]["time_ratio"]["mean"] == pytest.approx(mean)
+        assert result["metrics"]["delay_s"]["mean"] == pytest.approx(mean)
 
 
 def test_names_from_outside_cannot_break_the_page(study: report.Study) -> None:
@@ -180,7 +180,7 @@ def test_a_summary_without_pareto_standings_is_of_another_version(
 
 def block(*intrusions: float) -> dict[str, Any]:
     """Return a set's summary of policies that differ in intrusion."""
-    axes = [{"time_ratio": 1.4, "kinetic_intrusion_m2": value} for value in intrusions]
+    axes = [{"delay_s": 1.4, "discomfort_s": value} for value in intrusions]
     return {
         name: {
             "metrics": {axis: dict.fromkeys(("mean", "low", "high"), v) for axis, v in of.items()},

@@ -22,16 +22,16 @@ def result(value: float | None) -> dict[str, Any]:
 
 def test_the_headline_shows_percent_and_interval_and_marks_the_best() -> None:
     table = tables.headline({"a": result(0.5), "b": result(0.25)}, ("a", "b"))
-    assert table.head[0] == "arrived %"
+    assert table.head[7] == "arrived %"
     a, b = table.lines
-    assert a.cells[0] == ("50.0", "25.0 to 75.0", True)  # more arrive
-    assert b.cells[0] == ("25.0", "0.0 to 50.0", False)
-    assert [cell.is_best for cell in b.cells[1:6]] == [True] * 5  # less of all the rest
+    assert a.cells[7] == ("50.0", "25.0 to 75.0", True)  # more arrive
+    assert b.cells[7] == ("25.0", "0.0 to 50.0", False)
+    assert [cell.is_best for cell in b.cells[:7]] == [True] * 7  # less of all the rest
     assert a.cells[-1].is_best  # a larger return
 
 
 def test_means_that_round_to_the_same_are_both_best() -> None:
-    table = tables.headline({"a": result(0.5004), "b": result(0.5)}, ("a", "b"))
+    table = tables.headline({"a": result(0.50004), "b": result(0.5)}, ("a", "b"))
     assert all(line.cells[0].is_best for line in table.lines)
 
 
@@ -52,7 +52,7 @@ def test_differences_leave_out_the_reference() -> None:
     block = {"a": result(0.0), "b": result(-1.0)}
     table = tables.differences(block, ("a", "b"), "a")
     assert [line.name for line in table.lines] == ["b"]
-    assert table.lines[0].cells[2][:2] == ("-1.0000", "-1.2500 to -0.7500; p = 0.012")
+    assert table.lines[0].cells[2][:2] == ("-1.000", "-1.250 to -0.750; p = 0.012")
 
 
 def test_dominating_policies_are_named_the_first_of_many() -> None:

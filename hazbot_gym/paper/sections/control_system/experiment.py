@@ -25,9 +25,8 @@ STEPS = (0, 1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30)  # decisions of delay
 FAMILIES = ("Crossing", "Encountering")
 FAMILY_STEPS = (0, 5, 10, 20)
 FAMILY_METRICS = {  # and their names in tables
-    "contact_robot_caused": "contact by the robot [share]",
-    "kinetic_intrusion_m2": "kinetic intrusion [m²]",
-    "time_ratio": "time ratio",
+    "contacts_per_km": "contacts by the robot [1/km]",
+    "personal_m": "driven in the personal zone [m]",
     "return": "return",
 }
 # The realistic drive, with the noise of Table 2.
@@ -63,8 +62,8 @@ def sweep(scenario: str, *, seeds: int, steps: Sequence[int] = STEPS) -> Delayed
 
 
 def costliest(rows: Sequence[JsonObject]) -> tuple[JsonObject, JsonObject]:
-    """Return the row with the largest kinetic intrusion, and its family's without a delay."""
-    worst = max(rows, key=lambda row: row["kinetic_intrusion_m2"])
+    """Return the row most in the personal zone, and its family's without a delay."""
+    worst = max(rows, key=lambda row: row["personal_m"])
     same = [row for row in rows if row["family"] == worst["family"]]
     return worst, min(same, key=lambda row: row["delay_s"])
 

@@ -115,9 +115,9 @@ def _text(
         "the strategy stops exactly at 1.5 m, the smallest delay with an effect is "
         f"{_seconds(encountering.affected_from_s)}; when crossing, it is "
         f"{_seconds(crossing.affected_from_s)}. {touched} Among randomly drawn people who react "
-        f"to the robot ({worst['family']}), a delay of {worst['delay_s']:g} s raises the kinetic "
-        f"intrusion from {prompt['kinetic_intrusion_m2']:.2f} to "
-        f"{worst['kinetic_intrusion_m2']:.2f} m^2; {_contacts(families)} The claim therefore "
+        f"to the robot ({worst['family']}), a delay of {worst['delay_s']:g} s raises the distance "
+        f"driven in people's personal zone from {prompt['personal_m']:.2f} to "
+        f"{worst['personal_m']:.2f} m; {_contacts(families)} The claim therefore "
         f"holds for {_below(first_s)} with respect to the distance that the paper aims to keep, "
         f"and for {_below(first_hit)} with respect to contact in the two geometries.",
         "The grayscale sensor of eight lamps is an option (drive.line_sensor); the paper prints "
@@ -132,10 +132,10 @@ def _text(
 
 
 def _contacts(families: list[dict[str, float]]) -> str:
-    most = max(row["contact_robot_caused"] for row in families)
+    most = max(row["contacts_per_km"] for row in families)
     if most == 0.0:
         return "the robot causes no contact in any episode."
-    return f"up to {100.0 * most:.0f} % of the episodes end in contacts that the robot causes."
+    return f"the robot causes up to {most:.1f} contacts per kilometre."
 
 
 def _seconds(value: float) -> str:
