@@ -71,14 +71,15 @@ def errors(laps: Mapping[str, Lap], paper: Mapping[str, Figures]) -> str:
             color, most, when = COLORS[name], paper[name][k], paper[name][2 + k]
             _curve(axis, lap.time_s, error, color, name)
             axis.axhline(most, color=color, linewidth=0.9, linestyle=(0, (4, 3)))
-            side = "top" if name == "fuzzy-PID" else "bottom"
-            axis.text(
-                17.8,
-                most,
-                f"paper: {name} at most {most:g}",
+            is_fuzzy = name == "fuzzy-PID"  # the paper states its errors as bounds
+            axis.annotate(
+                f"paper: {name} {'less than ' if is_fuzzy else ''}{most:g}",
+                (17.8, most),
+                xytext=(0, -3 if is_fuzzy else 3),
+                textcoords="offset points",
                 color=color,
                 fontsize=8,
-                va=side,
+                va="top" if is_fuzzy else "bottom",
                 ha="right",
             )
             axis.axvline(when, color=color, linewidth=0.9, linestyle=":")
