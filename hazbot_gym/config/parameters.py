@@ -4,14 +4,21 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, NamedTuple
 
-from annotated_types import Ge, Gt, Le, MaxLen
-from pydantic import Field, model_validator
+from annotated_types import Ge, Gt, Le, MaxLen, MinLen
+from pydantic import AfterValidator, Field, model_validator
 
 from hazbot_gym.config.section import Loose, Section
 from hazbot_gym.core.fuzzy_pid import FuzzyPid
 from hazbot_gym.core.kinematics import Chassis
 from hazbot_gym.core.line_sensor import LineSensor
 from hazbot_gym.core.pid import PidGains, Plant
+from hazbot_gym.core.sensor_ring import (
+    MOST_SENSORS,
+    RangeSensor,
+    check_ring,
+    is_ahead,
+    sensors_of,
+)
 from hazbot_gym.core.social_force import (
     ATTENTIVE,
     CURIOUS,
@@ -32,6 +39,9 @@ MOST_PHYSICS_STEPS = 1000  # of a decision
 Count = Annotated[int, Ge(0), Le(MOST_PEOPLE)]
 Weight = Annotated[float, Ge(0)]
 Weights = Annotated[tuple[Weight, Weight, Weight, Weight], Loose]
+OwnRing = Annotated[
+    tuple[RangeSensor, ...], Loose, MinLen(1), MaxLen(MOST_SENSORS), AfterValidator(check_ring)
+]
 Reactions = Annotated[tuple[Reaction, Reaction, Reaction, Reaction], Loose]
 
 
@@ -157,6 +167,8 @@ class Tracker(NamedTuple):
 class Sensors(Section):
     """Sensors of the robot."""
 
+    # range sensors and where they point (core/sensor_ring.py), by name or in full
+    ring: Literal["paper", "six"] | OwnRing = "paper"
     ultrasonic: Ultrasonic = Ultrasonic()
     tracker: Tracker = Tracker()
 
@@ -189,3 +201,12 @@ class Config(Section):
     people: People = People()
     sensors: Sensors = Sensors()
     reward: RewardWeights = RewardWeights()
+
+    @model_validator(mode="after")
+    def _reflex_has_a_sensor_ahead(self) -> Config:
+        if self.drive.reflex_stop_m > 0.0 and not any(map(is_ahead, sensors_of(self.sensors.ring))):
+            raise ValueError(
+                f"drive.reflex_stop_m: given {self.drive.reflex_stop_m}, but no sensor of "
+                "sensors.ring points ahead; allowed is 0"
+            )
+        return self

@@ -50,7 +50,9 @@ def _as_lists(field: str, kind: object, value: object) -> Iterator[tuple[str, An
     if hasattr(kind, "_fields"):
         yield field, kind._fields, value
     elif get_origin(kind) is tuple:
-        for i, (each, part) in enumerate(zip(get_args(kind), value, strict=False)):
+        kinds = get_args(kind)
+        kinds = kinds[:1] * len(value) if kinds[-1] is ... else kinds
+        for i, (each, part) in enumerate(zip(kinds, value, strict=False)):
             yield from _as_lists(f"{field}.{i}", each, part)
     else:
         for each in get_args(kind):

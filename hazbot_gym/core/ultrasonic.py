@@ -1,9 +1,8 @@
 """Ultrasonic range sensors in closed form: first echo of a cone from discs and wall segments.
 
 A sensor returns the distance of the nearest surface inside its cone. For discs and segments it has
-a closed form, exact and cheaper than ray casting. Mounting: two in front at +-15 deg, one on each
-side (paper, section 2); half cone 15 deg, 4 m, noise +-0.03 m (paper, Table 2). Left out: echoes
-over two walls, temperature.
+a closed form, exact and cheaper than ray casting. Half cone 15 deg, 4 m, noise +-0.03 m (paper,
+Table 2); directions are in ``sensor_ring``. Left out: echoes over two walls, temperature.
 """
 
 from __future__ import annotations
@@ -17,21 +16,17 @@ from hazbot_gym.core.elementary import sin_cos
 from hazbot_gym.core.geometry import nearest_on_segment
 from hazbot_gym.core.jit import scalar
 
-FRONT_LEFT, FRONT_RIGHT, SIDE_LEFT, SIDE_RIGHT = 0, 1, 2, 3
-SENSOR_NAMES = ("front_left", "front_right", "left", "right")
-
 
 class Ultrasonic(NamedTuple):
-    """Four identical sensors on the rim of the robot."""
+    """What all sensors of the ring have in common."""
 
     range_m: Annotated[float, Gt(0)] = 4.0  # maximum range, our choice
     half_cone_rad: Annotated[float, Gt(0), Le(1.0)] = math.radians(15.0)
-    front_angle_rad: Annotated[float, Ge(0), Le(1.5)] = math.radians(15.0)
     mount_radius_m: Annotated[float, Ge(0)] = 0.30  # on the rim of the body
     noise_m: Annotated[float, Ge(0)] = 0.03  # half width (paper, Table 2)
     gaussian: bool = False  # uniform as in Table 2, or Gaussian with sigma = half width / 2
     miss_angle_rad: Annotated[float, Gt(0)] = math.pi / 2  # no echo at larger incidence
-    cross_talk: Annotated[float, Ge(0), Le(1)] = 0.0  # probability of the neighbour's nearer echo
+    cross_talk: Annotated[float, Ge(0), Le(1)] = 0.0  # probability of hearing the mirrored sensor
     sequential: bool = False  # one sensor per decision, in turn, instead of all
 
 
@@ -50,20 +45,6 @@ def cone_at(axis_rad: float, half_cone_rad: float) -> Cone:
     sine, cosine = sin_cos(axis_rad)
     sin_half, cos_half = sin_cos(half_cone_rad)
     return Cone(cosine, sine, cos_half, sin_half)
-
-
-@scalar
-def mounting(sensor: int, sin_front: float, cos_front: float) -> tuple[float, float]:
-    """Return the direction of a sensor's axis in the robot frame, (ahead, left), of length 1.
-
-    Args:
-        sensor: Index into ``SENSOR_NAMES``.
-        sin_front: Sine of the angle of the two in front.
-        cos_front: Its cosine.
-    """
-    is_in_front = sensor in (FRONT_LEFT, FRONT_RIGHT)
-    side = 1.0 if sensor in (FRONT_LEFT, SIDE_LEFT) else -1.0
-    return (cos_front, side * sin_front) if is_in_front else (0.0, side)
 
 
 @scalar

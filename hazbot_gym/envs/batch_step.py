@@ -22,7 +22,7 @@ from hazbot_gym.sim.batched_worlds import (
     start_people,
 )
 from hazbot_gym.sim.drive import command_robot, place_robot
-from hazbot_gym.sim.perception import perceive
+from hazbot_gym.sim.perception import nearest_ahead, perceive
 from hazbot_gym.sim.walkers import Workspace
 from hazbot_gym.task.action import commanded_speed
 from hazbot_gym.task.observation import observe
@@ -62,6 +62,7 @@ class Problem(NamedTuple):
     table: ScenarioTable
     mechanics: Mechanics
     sensors: Records  # (1,) SensorParameters
+    ring: Records  # (n,) RING, range sensors
     rules: Records  # (1,) Rules
     weights: Floats  # (7,) of the reward terms
     nobody: Records  # (1,) blank PERSON
@@ -85,7 +86,7 @@ def _command(
     robot = worlds.robots[i]
     open_record(outputs.records[i], robot)
     speed_mps = commanded_speed(action, problem.rules[0].nominal_speed_mps)
-    stops = min(worlds.ranges[i, 0], worlds.ranges[i, 1]) < reflex_stop_m
+    stops = nearest_ahead(worlds.ranges[i], problem.ring) < reflex_stop_m
     command_robot(robot, speed_mps, stops, worlds.pending[i], worlds.steps[i])
 
 
@@ -94,8 +95,8 @@ def _perceive(i: int, worlds: Worlds, problem: Problem) -> None:
     """Update the sensors of world i."""
     perceive(
         worlds.robots[i], worlds.people[i], place_of(worlds, i, _surroundings(problem)).walls,
-        problem.sensors[0], worlds.history[i], worlds.keys[i], worlds.steps[i], worlds.ranges[i],
-        worlds.tracks[i],
+        problem.sensors[0], problem.ring, worlds.history[i], worlds.keys[i], worlds.steps[i],
+        worlds.ranges[i], worlds.tracks[i],
     )  # fmt: skip
 
 

@@ -12,21 +12,21 @@ import numpy.typing as npt
 
 from hazbot_gym.config import Config, make_config
 from hazbot_gym.core.state import NO_CONTACT, TRACK, as_record, records
-from hazbot_gym.core.ultrasonic import FRONT_RIGHT
 from hazbot_gym.envs.arguments import Info, array_of, options_of
 from hazbot_gym.envs.spec import CompleteSpec, horizon_given_to_make
 from hazbot_gym.envs.viewer import MODES, Viewer
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.perception import (
-    SENSORS,
     blank_tracks,
+    nearest_ahead,
     perceive_kernel,
+    ring_of,
     sensor_parameters,
     tracker_of,
 )
 from hazbot_gym.sim.world import Snapshot, World
 from hazbot_gym.task.action import ACTION_TOLERANCE, SPEED_LEVELS, commanded_speed, level_action
-from hazbot_gym.task.observation import LAYOUTS, markdown_table, observe_kernel
+from hazbot_gym.task.observation import layout_in, markdown_table, observe_kernel
 from hazbot_gym.task.outcome import CAUSE_NAMES, OUTCOME_NAMES, RUNNING, TIMEOUT
 from hazbot_gym.task.reward import TERMS, judge_kernel, safety_cost
 from hazbot_gym.task.scenario import ScenarioSampler
@@ -131,11 +131,12 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         self.source = ScenarioSampler(self.config)
         self._world = World(self.config)
         self._sensors = as_record(sensor_parameters(self.config))
+        self._ring = ring_of(self.config)
         self._weights = np.array(self.config.reward)
-        self._layout = LAYOUTS[self.config.tier]
+        self._layout = layout_in(self.config)
         observed, self.action_space = spaces_of(self.config)
         self.observation_space = cast("gymnasium.Space[npt.NDArray[np.float32]]", observed)
-        self._ranges = np.zeros(SENSORS)
+        self._ranges = np.zeros(len(self._ring))
         self._terms = np.zeros(len(TERMS))
         self._record = records(STEP, 1)
         self._rules = as_record(rules_of(self.config))
@@ -223,7 +224,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
     def _reflex(self) -> bool:
         """Return True if the reflex is enabled and an obstacle is near ahead."""
         stop_m = self.config.drive.reflex_stop_m
-        return stop_m > 0.0 and bool(self._ranges[: FRONT_RIGHT + 1].min() < stop_m)
+        return stop_m > 0.0 and nearest_ahead(self._ranges, self._ring.view(np.recarray)) < stop_m
 
     def _perceive(self) -> None:
         """Update ranges and tracks."""
@@ -233,6 +234,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
             world.people,
             world.place.walls,
             self._sensors,
+            self._ring,
             self._history,
             np.uint64(self._key),
             world.decision,
@@ -292,7 +294,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
 
 def spaces_of(config: Config) -> tuple[gymnasium.spaces.Box, gymnasium.Space[object]]:
     """Return the observation and action space of one world."""
-    layout = LAYOUTS[config.tier]
+    layout = layout_in(config)
     observations = gymnasium.spaces.Box(layout.low, layout.high)
     if config.action_type == "discrete":
         return observations, gymnasium.spaces.Discrete(len(SPEED_LEVELS))

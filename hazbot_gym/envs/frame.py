@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hazbot_gym.core.geometry import path_length, sample_path
+from hazbot_gym.core.sensor_ring import PAPER, Sensors
 from hazbot_gym.core.state import ROBOT_RADIUS_M, Floats, Place, Records
 from hazbot_gym.core.ultrasonic import Ultrasonic
 
@@ -28,8 +29,9 @@ class Frame(NamedTuple):
         theta_rad: Its heading.
         people: (n,) records of type ``PERSON``; absent people are left out.
         patterns: Index into ``PATTERN_NAMES`` per person; other values for no pattern.
-        ranges_m: (4,) last ultrasonic readings; empty for none.
-        sonar: Mounting and opening of these sensors.
+        ranges_m: (sensors,) last ultrasonic readings; empty for none.
+        sonar: What these sensors have in common.
+        ring: Where they point.
         trail: (k, 2) earlier positions of the robot [m].
         radius_m: The robot's radius.
         castor_rad: Angle of the castor, positive in left turns.
@@ -50,6 +52,7 @@ class Frame(NamedTuple):
     patterns: Sequence[int]
     ranges_m: Floats
     sonar: Ultrasonic = Ultrasonic()
+    ring: Sensors = PAPER
     trail: Floats = np.empty((0, 2))
     radius_m: float = ROBOT_RADIUS_M
     castor_rad: float = 0.0

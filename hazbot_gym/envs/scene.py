@@ -9,8 +9,8 @@ import numpy as np
 from hazbot_gym.core.geometry import path_length, sample_path
 from hazbot_gym.core.kinematics import Chassis
 from hazbot_gym.core.proxemics import INTIMATE_M, PERSONAL_M, SOCIAL_M
+from hazbot_gym.core.sensor_ring import half_cone_of
 from hazbot_gym.core.state import PRESENT, Floats, Place, Records
-from hazbot_gym.core.ultrasonic import mounting
 from hazbot_gym.envs.canvas import (
     ECHO,
     FLOOR,
@@ -80,12 +80,10 @@ def draw_echoes(canvas: Canvas, frame: Frame) -> None:
     sonar = frame.sonar
     here = (frame.x_m, frame.y_m, frame.theta_rad)
     with canvas.layer():
-        for sensor, reading in enumerate(frame.ranges_m):
-            front = math.sin(sonar.front_angle_rad), math.cos(sonar.front_angle_rad)
-            axis = np.array(mounting(sensor, *front))
-            mounted = math.atan2(axis[1], axis[0])
-            angles = np.linspace(-sonar.half_cone_rad, sonar.half_cone_rad, 13) + mounted
-            rim = sonar.mount_radius_m * axis
+        for sensor, reading in zip(frame.ring, frame.ranges_m, strict=False):
+            half_rad, axis_rad = half_cone_of(sensor, sonar.half_cone_rad), sensor.angle_rad
+            angles = axis_rad + np.linspace(-half_rad, half_rad, 13)
+            rim = sonar.mount_radius_m * np.array([math.cos(axis_rad), math.sin(axis_rad)])
             arc = rim + reading * np.column_stack([np.cos(angles), np.sin(angles)])
             is_echo = reading < sonar.range_m
             cone = turned(np.vstack([rim, arc]), *here)

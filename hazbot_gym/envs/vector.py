@@ -38,9 +38,9 @@ from hazbot_gym.envs.spec import CompleteSpec, horizon_given_to_make_vec
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.batched_worlds import GROUP, allocate, mechanics
 from hazbot_gym.sim.drive import free_time_s
-from hazbot_gym.sim.perception import sensor_parameters, tracker_of
+from hazbot_gym.sim.perception import ring_of, sensor_parameters, tracker_of
 from hazbot_gym.sim.walkers import make_workspace
-from hazbot_gym.task.observation import LAYOUTS
+from hazbot_gym.task.observation import layout_in
 from hazbot_gym.task.outcome import RUNNING, TIMEOUT
 from hazbot_gym.task.reward import TERMS
 from hazbot_gym.task.scenario import ScenarioSampler
@@ -143,6 +143,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             table=source.table,
             mechanics=mechanics(config),
             sensors=as_record(sensor_parameters(config)),
+            ring=ring_of(config),
             rules=as_record(rules_of(config)),
             weights=np.array(config.reward),
             nobody=records(PERSON, 1),
@@ -151,6 +152,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         self._worlds = allocate(
             n,
             source.people,
+            len(self._problem.ring),
             tracker_latency=tracker_of(config).latency_steps,
             drive_latency=config.drive.latency_steps,
         )
@@ -165,7 +167,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         )
         self._scenarios = Scenarios(np.zeros(n, np.int64), np.full(n, None, object), np.zeros(n))
         self._finished = self._scenarios  # of the last ended episodes, in SAME_STEP
-        width = LAYOUTS[config.tier].width
+        width = layout_in(config).width
         self._outputs = Outputs(
             observations=np.zeros((n, width), np.float32),
             final_observations=np.zeros((n, width), np.float32),

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from hazbot_gym.config import Config
 from hazbot_gym.core.kinematics import castor_angle
+from hazbot_gym.core.sensor_ring import sensors_of
 from hazbot_gym.core.state import Floats, Place
 from hazbot_gym.envs.frame import Frame
 from hazbot_gym.errors import InvalidInput
@@ -56,7 +57,7 @@ class Viewer:
 
         Args:
             world: The world.
-            ranges_m: (4,) ultrasonic readings.
+            ranges_m: (sensors,) ultrasonic readings.
             patterns: The tracked pattern of each person.
             terms: (7,) unweighted reward terms of the decision.
             outcome: Outcome of the episode, or "" while it runs.
@@ -134,6 +135,7 @@ def frame_of(config: Config, place: Place, robot: np.void, **others: Any) -> Fra
         speed_mps=float(robot["v"]),
         command_mps=float(robot["command"]),
         sonar=config.sensors.ultrasonic,
+        ring=sensors_of(config.sensors.ring),
         top_speed_mps=config.drive.nominal_speed_mps,
         **others,
     )

@@ -20,7 +20,7 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.actor import ACTIVATIONS, HEADS, Actor, Normalisation
 from hazbot_gym.policies.layer import Layer
 from hazbot_gym.policies.lstm import Lstm
-from hazbot_gym.task.observation import LAYOUTS, Layout
+from hazbot_gym.task.observation import KNOWN, LAYOUTS, Layout
 from hazbot_gym.utils import npz
 from hazbot_gym.utils.json_object import JsonObject
 
@@ -66,16 +66,16 @@ def describe(
     """
     if tier not in LAYOUTS:
         raise InvalidInput(f"tier: given {tier!r}, allowed are {', '.join(LAYOUTS)}")
-    if actor.width != LAYOUTS[tier].width:
+    layout = _layout(tier, actor.width)
+    if actor.width != layout.width:
         raise InvalidInput(
-            f"tier: {tier} observations have {LAYOUTS[tier].width} entries, the actor takes "
-            f"{actor.width}"
+            f"tier: {tier} observations have {layout.width} entries, the actor takes {actor.width}"
         )
     about = {
         "format": FORMAT,
         "algorithm": algorithm,
         "tier": tier,
-        "observation": observation_table(LAYOUTS[tier]),
+        "observation": observation_table(layout),
         "activation": actor.activation,
         "action": actor.head,
         "residual": dict(residual) if residual else None,
@@ -83,6 +83,13 @@ def describe(
         "results": dict(results or {}),
     }
     return Trained(actor, about)
+
+
+def _layout(tier: str, width: int) -> Layout:
+    """Return the tier's layout of that width, or else its default one."""
+    default = LAYOUTS[tier]
+    layout = KNOWN.get(width, default)
+    return layout if layout.has_people == default.has_people else default
 
 
 def observation_table(layout: Layout) -> list[dict[str, object]]:
@@ -154,7 +161,8 @@ def check(about: JsonObject, path: Path) -> None:
         raise InvalidInput(
             f"policy: {str(path)!r} has tier {about['tier']!r}, allowed are {', '.join(LAYOUTS)}"
         )
-    stored, own = about["observation"], observation_table(LAYOUTS[about["tier"]])
+    stored = about["observation"]
+    own = observation_table(_layout(about["tier"], len(stored)))
     for i, (theirs, ours) in enumerate(zip(stored, own, strict=False)):
         if theirs != ours:
             raise InvalidInput(
@@ -181,7 +189,7 @@ def _actor(arrays: Mapping[str, npt.NDArray[np.generic]], about: JsonObject) -> 
     if unlike or endless:
         raise _NoActor(f"its {(unlike + endless)[0]} holds other than finite real numbers")
     count = sum(name.startswith("weight") for name in weights)
-    width = LAYOUTS[about["tier"]].width
+    width = len(about["observation"])
     lstm = _lstm(weights, width)
     layers = tuple(Layer(weights[f"weight{i}"], weights[f"bias{i}"]) for i in range(count))
     _check_layers(layers, lstm.size if lstm else width)

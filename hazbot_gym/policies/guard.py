@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.task.observation import LAYOUTS
+from hazbot_gym.task.observation import KNOWN
 
 Observations = npt.NDArray[np.float32]
 Actions = npt.NDArray[np.float32]
@@ -27,8 +27,8 @@ Flags = npt.NDArray[np.bool_]
 STOP = np.float32(-1.0)
 ROUNDING = 1e-5  # tolerance of scaled bounds
 _BOUNDS = {
-    layout.width: (layout.low - np.float32(ROUNDING), layout.high + np.float32(ROUNDING))
-    for layout in LAYOUTS.values()
+    width: (layout.low - np.float32(ROUNDING), layout.high + np.float32(ROUNDING))
+    for width, layout in KNOWN.items()
 }
 _FINITE = np.finfo(np.float32)
 

@@ -42,11 +42,16 @@ class TrainedActor(Guarded):
         """
         if not deterministic:
             raise InvalidInput("deterministic: given False, a trained policy allows only True")
-        width = layout_of(observation).width
-        if width != self.actor.width:
+        layout, trained = layout_of(observation), layout_of(np.empty(self.actor.width))
+        if layout.has_people != trained.has_people:
             raise InvalidInput(
-                f"tier: given observations of {width} entries, this policy was trained on tier "
-                f"{self.about['tier']} with {self.actor.width}"
+                f"tier: given observations of {layout.width} entries, this policy was trained on "
+                f"tier {self.about['tier']} with {trained.width}"
+            )
+        if layout.width != trained.width:
+            raise InvalidInput(
+                f"sensors.ring: given observations with {len(layout.sensors)} range sensors, this "
+                f"policy was trained with {len(trained.sensors)}"
             )
         return self.actor.act(observation, state, starts)
 
@@ -121,6 +126,7 @@ class Ppo(_FromFile):
         layout = layout_of(observation)
         if layout.width not in self._policies:
             raise InvalidInput(
-                f"tier: given observations of {layout.width} entries, for which no 'ppo' is shipped"
+                f"sensors.ring: given observations with {len(layout.sensors)} range sensors "
+                f"({layout.width} entries), for which no 'ppo' is shipped"
             )
         return self._policies[layout.width]

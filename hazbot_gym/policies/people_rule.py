@@ -15,9 +15,7 @@ from hazbot_gym.policies.base import Rule
 from hazbot_gym.policies.guard import Actions, Flags, Observations
 from hazbot_gym.policies.sonar_estimate import listen, people
 from hazbot_gym.task.action import speed_action
-from hazbot_gym.task.observation import LAYOUTS, PERSON_SLOTS, layout_of
-
-SONAR, TRACKS = LAYOUTS["sonar"], LAYOUTS["tracks"]
+from hazbot_gym.task.observation import PERSON_SLOTS, layout_for, layout_of
 
 
 class PeopleRule(Rule):
@@ -30,10 +28,11 @@ class PeopleRule(Rule):
 
         See ``Guarded.act``.
         """
-        if not layout_of(observation).has_people:
-            seen = SONAR.decode(observation)
-            state = listen(seen, state, starts)
-            observation = with_people(observation, people(state, seen["speed_mps"]))
+        layout = layout_of(observation)
+        if not layout.has_people:
+            seen, ring = layout.decode(observation), layout.sensors
+            state = listen(seen, state, starts, ring)
+            observation = with_people(observation, people(state, seen["speed_mps"], ring))
         return speed_action(self.speed_share(observation)), state
 
 
@@ -44,14 +43,16 @@ def with_people(observation: Observations, found: dict[str, Floats]) -> Observat
         observation: Sonar-tier observation.
         found: Person fields in their units, arrays (..., any number of people).
     """
-    full = np.zeros((*np.shape(observation)[:-1], TRACKS.width), np.float32)
-    full[..., : SONAR.width] = observation
+    sonar = layout_of(observation)
+    tracks = layout_for("tracks", sonar.sensors)
+    full = np.zeros((*np.shape(observation)[:-1], tracks.width), np.float32)
+    full[..., : sonar.width] = observation
     is_there = found["present"] > 0.5
     nearest = np.argsort(np.where(is_there, found["distance_m"], np.inf), axis=-1)
     nearest = nearest[..., :PERSON_SLOTS]
     for name, values in found.items():
         chosen = np.take_along_axis(values * is_there, nearest, axis=-1)
         for slot in range(PERSON_SLOTS):
-            column = TRACKS.names.index(f"person{slot}_{name}")
-            full[..., column] = chosen[..., slot] / TRACKS.fields[column].scale
+            column = tracks.names.index(f"person{slot}_{name}")
+            full[..., column] = chosen[..., slot] / tracks.fields[column].scale
     return full

@@ -44,7 +44,6 @@ from hazbot_gym.sim.lanes import (
     store_lane,
 )
 from hazbot_gym.sim.people import begin_social_step, end_social_step, move_people
-from hazbot_gym.sim.perception import SENSORS
 from hazbot_gym.sim.walkers import Workspace, force_values, walk
 
 
@@ -57,7 +56,7 @@ class Worlds(NamedTuple):
     tracks: Records  # (N, P) TRACK, tracker output
     history: Records  # (N, latency + 1, P) TRACK, history of the tracker
     pending: Floats  # (N, latency + 1) pending commands of the drive [m/s]
-    ranges: Floats  # (N, 4) ultrasonic readings [m]
+    ranges: Floats  # (N, sensors) ultrasonic readings [m]
     keys: npt.NDArray[np.uint64]  # (N,) of the scenario
     steps: npt.NDArray[np.int64]  # (N,) decisions taken
     places: npt.NDArray[np.int64]  # (N,) row of the surroundings' places
@@ -104,7 +103,9 @@ class Mechanics(NamedTuple):
     social_s: float
 
 
-def allocate(worlds: int, people: int, *, tracker_latency: int, drive_latency: int) -> Worlds:
+def allocate(
+    worlds: int, people: int, sensors: int, *, tracker_latency: int, drive_latency: int
+) -> Worlds:
     """Return the arrays of N worlds; every world must be reset before its first step."""
     return Worlds(
         robots=np.zeros(worlds, ROBOT),
@@ -113,7 +114,7 @@ def allocate(worlds: int, people: int, *, tracker_latency: int, drive_latency: i
         tracks=np.zeros((worlds, people), TRACK),
         history=np.zeros((worlds, tracker_latency + 1, people), TRACK),
         pending=np.zeros((worlds, drive_latency + 1)),
-        ranges=np.zeros((worlds, SENSORS)),
+        ranges=np.zeros((worlds, sensors)),
         keys=np.zeros(worlds, np.uint64),
         steps=np.zeros(worlds, np.int64),
         places=np.zeros(worlds, np.int64),

@@ -1,4 +1,4 @@
-"""Sensor models: four ultrasonic range readings, and a people tracker.
+"""Sensor models: a ring of ultrasonic range sensors, and a people tracker.
 
 All noise is a pure function of (key, stream, decision, index), so that it does not depend on the
 policy's actions.
@@ -18,6 +18,7 @@ from hazbot_gym.core.jit import lean_kernel, routine, scalar
 from hazbot_gym.core.noise import SONAR, TRACKER, noise_value, uniform4
 from hazbot_gym.core.patterns import Thresholds, classify
 from hazbot_gym.core.proxemics import SOCIAL_M
+from hazbot_gym.core.sensor_ring import SensorRecord, ring_table, sensors_of
 from hazbot_gym.core.state import (
     BESIDE,
     NO_PATTERN,
@@ -35,12 +36,9 @@ from hazbot_gym.core.ultrasonic import (
     disc_echo,
     may_meet_disc,
     may_meet_segment,
-    mounting,
     segment_echo,
     turned,
 )
-
-SENSORS = 4
 
 
 class TrackerParameters(NamedTuple):
@@ -89,6 +87,12 @@ def sensor_parameters(config: Config) -> SensorParameters:
     )
 
 
+def ring_of(config: Config) -> Records:
+    """Return the ring of range sensors (N,) of a config, as RING records."""
+    sensors = config.sensors
+    return ring_table(sensors_of(sensors.ring), sensors.ultrasonic.half_cone_rad)
+
+
 @scalar
 def echo(cone: Cone, robot: RobotRecord, people: Records, walls: Floats, p: Ultrasonic) -> float:
     """Return the true distance of a sensor's first echo, at most its range [m]."""
@@ -112,29 +116,43 @@ def echo(cone: Cone, robot: RobotRecord, people: Records, walls: Floats, p: Ultr
 
 @routine
 def sense_ranges(
-    robot: RobotRecord, people: Records, walls: Floats, p: Ultrasonic, key: np.uint64, step: int,
-    ranges: Floats,
+    robot: RobotRecord, people: Records, walls: Floats, p: Ultrasonic, ring: Records,
+    key: np.uint64, step: int, ranges: Floats,
 ) -> None:  # fmt: skip
-    """Write the four readings [m]; with sequential firing, one reading is updated per decision."""
-    u1 = uniform4(key, SONAR, step, 0)
-    u2 = uniform4(key, SONAR, step, 1) if p.gaussian else u1
-    u3 = uniform4(key, SONAR, step, 2) if p.cross_talk > 0.0 else u1
+    """Write the readings [m]; with sequential firing, one reading is updated per decision."""
     sin_t, cos_t = sin_cos(robot.theta)
-    sin_half, cos_half = sin_cos(p.half_cone_rad)
-    sin_front, cos_front = sin_cos(p.front_angle_rad)
-    for sensor in range(SENSORS):
-        if p.sequential and step > 0 and step % SENSORS != sensor:
+    u1 = u2 = u3 = (0.0, 0.0, 0.0, 0.0)
+    for i in range(ring.shape[0]):
+        if i % 4 == 0:  # random numbers come in fours
+            u1 = uniform4(key, SONAR, step, 3 * (i // 4))
+            u2 = uniform4(key, SONAR, step, 3 * (i // 4) + 1) if p.gaussian else u1
+            u3 = uniform4(key, SONAR, step, 3 * (i // 4) + 2) if p.cross_talk > 0.0 else u1
+        if p.sequential and step > 0 and step % ring.shape[0] != i:
             continue
-        axis_x, axis_y = mounting(sensor, sin_front, cos_front)
-        cone = turned(Cone(axis_x, axis_y, cos_half, sin_half), sin_t, cos_t)
-        reading = echo(cone, robot, people, walls, p)
-        if p.cross_talk > 0.0 and u3[sensor] < p.cross_talk:
-            axis_x, axis_y = mounting(sensor ^ 1, sin_front, cos_front)  # its neighbour
-            cone = turned(Cone(axis_x, axis_y, cos_half, sin_half), sin_t, cos_t)
+        reading = echo(_cone(ring[i], sin_t, cos_t), robot, people, walls, p)
+        if p.cross_talk > 0.0 and u3[i % 4] < p.cross_talk:
+            cone = _cone(ring[ring[i].mirror], sin_t, cos_t)
             reading = min(reading, echo(cone, robot, people, walls, p))
         if reading < p.range_m:  # no noise without an echo
-            reading += noise_value(u1[sensor], u2[sensor], p.noise_m, p.gaussian)
-        ranges[sensor] = min(max(reading, 0.0), p.range_m)
+            reading += noise_value(u1[i % 4], u2[i % 4], p.noise_m, p.gaussian)
+        ranges[i] = min(max(reading, 0.0), p.range_m)
+
+
+@scalar
+def _cone(sensor: SensorRecord, sin_t: float, cos_t: float) -> Cone:
+    """Return the cone of a sensor at the heading t."""
+    cone = Cone(sensor.axis_x, sensor.axis_y, sensor.cos_half, sensor.sin_half)
+    return turned(cone, sin_t, cos_t)
+
+
+@scalar
+def nearest_ahead(ranges: Floats, ring: Records) -> float:
+    """Return the smallest reading of the sensors that point ahead [m], or inf."""
+    nearest = math.inf
+    for i in range(ring.shape[0]):
+        if ring[i].is_ahead == 1:
+            nearest = min(nearest, ranges[i])
+    return nearest
 
 
 @scalar
@@ -208,8 +226,8 @@ def track_people(
 
 @scalar
 def perceive(
-    robot: RobotRecord, people: Records, walls: Floats, p: SensorParameters, history: Records,
-    key: np.uint64, step: int, ranges: Floats, tracks: Records,
+    robot: RobotRecord, people: Records, walls: Floats, p: SensorParameters, ring: Records,
+    history: Records, key: np.uint64, step: int, ranges: Floats, tracks: Records,
 ) -> None:  # fmt: skip
     """Update all sensors at a decision.
 
@@ -218,24 +236,27 @@ def perceive(
         people: (P,) PERSON records.
         walls: (W, 4) segments [m].
         p: Parameters of the sensors.
+        ring: (N,) RING records.
         history: (latency + 1, P) TRACK records, updated in place.
         key: Key of the scenario's noise.
         step: Number of the decision since the reset.
-        ranges: (4,) readings [m], output.
+        ranges: (N,) readings [m], output.
         tracks: (P,) TRACK records, output.
     """
-    sense_ranges(robot, people, walls, p.ultrasonic, key, step, ranges)
+    sense_ranges(robot, people, walls, p.ultrasonic, ring, key, step, ranges)
     remember(people, history, step)
     track_people(robot, walls, history, p, key, step, tracks)
 
 
 @lean_kernel
 def perceive_kernel(
-    robots: Records, people: Records, walls: Floats, parameters: Records, history: Records,
-    key: np.uint64, step: int, ranges: Floats, tracks: Records,
+    robots: Records, people: Records, walls: Floats, parameters: Records, ring: Records,
+    history: Records, key: np.uint64, step: int, ranges: Floats, tracks: Records,
 ) -> None:  # fmt: skip
     """Entry point from Python: ``perceive`` for arrays of one record."""
-    perceive(robots[0], people, walls, parameters[0], history, np.uint64(key), step, ranges, tracks)
+    perceive(
+        robots[0], people, walls, parameters[0], ring, history, np.uint64(key), step, ranges, tracks
+    )
 
 
 def blank_tracks(people: int) -> Records:

@@ -13,7 +13,7 @@ from hazbot_gym.evaluation.encounters import Row
 from hazbot_gym.evaluation.episode import Episode
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.policies.guard import Actions, Observations
-from hazbot_gym.task.observation import RANGE_FIELDS, layout_of
+from hazbot_gym.task.observation import Layout, readings
 
 Heard = tuple[Episode, Row, Floats]  # an episode, its labels, and the readings of its sonar
 
@@ -21,9 +21,11 @@ Heard = tuple[Episode, Row, Floats]  # an episode, its labels, and the readings 
 class Listener:
     """Policy that notes the range readings it is given, and lets another policy act."""
 
-    def __init__(self, policy: Policy) -> None:
-        self._policy = policy
-        self._rounds: list[list[Floats]] = []  # of episodes side by side; (worlds, 4) per decision
+    def __init__(self, policy: Policy, layout: Layout) -> None:
+        self._policy, self._layout = policy, layout
+        self._rounds: list[
+            list[Floats]
+        ] = []  # of episodes side by side; (worlds, sensors) per decision
 
     def predict(
         self,
@@ -35,15 +37,14 @@ class Listener:
         """Note the readings and return the policy's answer."""
         if episode_start is None or episode_start.all():
             self._rounds.append([])
-        decoded = layout_of(observation).decode(np.atleast_2d(observation))
-        ranges_m = np.stack([decoded[field.name] for field in RANGE_FIELDS], axis=-1)
-        self._rounds[-1].append(ranges_m)
+        decoded = self._layout.decode(np.atleast_2d(observation))
+        self._rounds[-1].append(readings(decoded, self._layout.sensors))
         return self._policy.predict(
             observation, state=state, episode_start=episode_start, deterministic=deterministic
         )
 
     def heard(self, runs: Iterable[tuple[Episode, Row]]) -> Iterator[Heard]:
-        """Yield episodes and labels, each with its readings (T, 4) [m]."""
+        """Yield episodes and labels, each with its readings (T, sensors) [m]."""
         for i, (episode, labels) in enumerate(runs):
             number, world = divmod(i, len(self._rounds[0][0]))
             decisions = self._rounds[number][: len(episode.rewards)]

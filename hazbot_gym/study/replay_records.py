@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hazbot_gym.core.state import Floats
-from hazbot_gym.core.ultrasonic import SENSOR_NAMES
 from hazbot_gym.evaluation.episode import PERSON_COLUMNS, stack_people
 from hazbot_gym.utils.json_object import JsonObject
 
@@ -29,16 +28,16 @@ class Sonar(NamedTuple):
     """The robot's ultrasonic sensors, as far as they are drawn.
 
     Attributes:
-        half_cone_rad: Half opening angle.
         mount_m: Distance of a sensor from the robot's centre.
         range_m: Reading without an echo.
         axes_rad: Direction of each sensor from the heading.
+        half_cones_rad: Half opening angle of each.
     """
 
-    half_cone_rad: float
     mount_m: float
     range_m: float
     axes_rad: Floats
+    half_cones_rad: Floats
 
 
 class Drive(NamedTuple):
@@ -47,7 +46,7 @@ class Drive(NamedTuple):
     Attributes:
         distance_m: Distance driven since the start.
         earned: Cumulated reward, 0 at the start.
-        ranges_m: (T, 4) readings of the sonar that the policy had at each decision, to the
+        ranges_m: (T, sensors) readings of the sonar that the policy had at each decision, to the
             centimetre.
         contact: (2,) point where the robot touched a person or wall [m], or (0,).
         is_recorded: Whether it reproduced the episode's recorded metrics. A stochastic policy may
@@ -144,7 +143,7 @@ def _rows(name: str, replay: Replay) -> Iterator[dict[str, object]]:
             "policy": policy,
             "walls": _flat(replay.walls),
             "path": _flat(replay.path),
-            "sonar": _flat(np.append(replay.sonar[:3], replay.sonar.axes_rad)),
+            "sonar": _flat(np.hstack(replay.sonar)),
             **_columns(drive),
         }
 
@@ -165,24 +164,26 @@ def _columns(drive: Drive) -> dict[str, object]:
 
 
 def _replay(rows: list[JsonObject]) -> Replay:
-    drives = {row["policy"]: _drive(row) for row in rows}
+    sonar = _sonar(rows[0]["sonar"])
+    drives = {row["policy"]: _drive(row, len(sonar.axes_rad)) for row in rows}
     return Replay(
         number=int(rows[0]["episode"]),
         why=rows[0]["why"],
         walls=_shaped(rows[0]["walls"], 4),
         path=_shaped(rows[0]["path"], 2),
-        sonar=_sonar(rows[0]["sonar"]),
+        sonar=sonar,
         best=drives.pop(BEST, None),
         runs=drives,
     )
 
 
 def _sonar(values: object) -> Sonar:
-    half_cone, mount, reach, *axes = np.asarray(values, float)
-    return Sonar(round(half_cone, 4), round(mount, 4), round(reach, 4), np.array(axes))
+    mount, reach, *angles = np.asarray(values, float)
+    axes, half_cones = np.reshape(angles, (2, -1))
+    return Sonar(round(mount, 4), round(reach, 4), axes, half_cones)
 
 
-def _drive(row: JsonObject) -> Drive:
+def _drive(row: JsonObject, sensors: int) -> Drive:
     time_s = np.asarray(row["time_s"], float)
     people = _shaped(row["people"], len(PERSON_COLUMNS))
     _, stacked = stack_people(row["instants"], row["persons"], people, len(time_s))
@@ -190,7 +191,7 @@ def _drive(row: JsonObject) -> Drive:
         time_s=time_s,
         pose=_shaped(row["pose"], 3),
         **{name: np.asarray(row[name], float) for name in SERIES},
-        ranges_m=_shaped(row["ranges_cm"], len(SENSOR_NAMES)) / 100.0,
+        ranges_m=_shaped(row["ranges_cm"], sensors) / 100.0,
         people=stacked,
         contact=np.asarray(row["contact"], float),
         outcome=row["outcome"],

@@ -15,8 +15,8 @@ from rich.console import Console
 
 from hazbot_gym.config import Config
 from hazbot_gym.core.geometry import nearest_on_segment, path_length, sample_path
+from hazbot_gym.core.sensor_ring import half_cone_of, sensors_of
 from hazbot_gym.core.state import Floats, Place
-from hazbot_gym.core.ultrasonic import SENSOR_NAMES, mounting
 from hazbot_gym.evaluation import batch_rollout
 from hazbot_gym.evaluation.encounters import Row
 from hazbot_gym.evaluation.episode import Episode, X, Y
@@ -31,6 +31,7 @@ from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.headline import headline_sets
 from hazbot_gym.study.replay_policies import Heard, Listener, SideBySide
 from hazbot_gym.study.replay_records import Drive, Replay, Replays, Sonar, rows_of
+from hazbot_gym.task.observation import layout_in
 from hazbot_gym.task.outcome import CONTACT_PERSON, CONTACT_WALL, OUTCOME_NAMES
 from hazbot_gym.task.scenario import ScenarioSampler
 from hazbot_gym.utils.json_object import JsonObject
@@ -232,7 +233,7 @@ def drive_of(
 
     Args:
         episode: the episode.
-        ranges_m: (T, 4) readings of its sonar.
+        ranges_m: (T, sensors) readings of its sonar.
         walls: (W, 4) ends of the walls [m].
         is_recorded: whether it reproduces the recorded metrics.
     """
@@ -273,11 +274,13 @@ def contact_of(episode: Episode, walls: Floats) -> Floats:
 
 def sonar_of(config: Config) -> Sonar:
     """Return the geometry of an environment's sonar."""
-    sensor = config.sensors.ultrasonic
-    sine, cosine = np.sin(sensor.front_angle_rad), np.cos(sensor.front_angle_rad)
-    axes = [mounting(i, sine, cosine) for i in range(len(SENSOR_NAMES))]
-    axes_rad = np.array([np.arctan2(left, ahead) for ahead, left in axes])
-    return Sonar(sensor.half_cone_rad, sensor.mount_radius_m, sensor.range_m, axes_rad)
+    common, ring = config.sensors.ultrasonic, sensors_of(config.sensors.ring)
+    return Sonar(
+        mount_m=common.mount_radius_m,
+        range_m=common.range_m,
+        axes_rad=np.array([sensor.angle_rad for sensor in ring]),
+        half_cones_rad=np.array([half_cone_of(sensor, common.half_cone_rad) for sensor in ring]),
+    )
 
 
 def replays_of(found: Sequence[tuple[Choice, list[Replay]]]) -> Replays:
@@ -307,7 +310,7 @@ def path_points(place: Place) -> Floats:
 def _best_drive(best: JsonObject, scenarios: ScenarioSet, walls: Floats) -> Drive:
     """Return the oracle's drive, from its row."""
     config, limit = resolve(scenarios)
-    listener = Listener(Plan(np.asarray(best["actions"], float)))
+    listener = Listener(Plan(np.asarray(best["actions"], float)), layout_in(config))
     runs = batch_rollout.run_episodes(config, listener, [int(best["seed"])], limit=limit, threads=1)
     ((episode, _, ranges_m),) = listener.heard(runs)
     return drive_of(episode, ranges_m, walls)
@@ -321,12 +324,14 @@ def _run(
     threads: int,
 ) -> Iterator[Heard]:
     """Run every policy over some seeds, one policy after the other."""
+    config, limit = resolve(scenarios)
+    layout = layout_in(config)
     if study.engine == "pymunk":
         env = make_env(scenarios)
-        for listener in map(Listener, policies):
+        for policy in policies:
+            listener = Listener(policy, layout)
             yield from listener.heard(run_episode(env, listener, seed) for seed in seeds)
         return
-    config, limit = resolve(scenarios)
     if config.action_type == "discrete":  # discrete and continuous actions do not mix in one batch
         teams = [(policy, 1) for policy in policies]
     else:
@@ -334,7 +339,7 @@ def _run(
         parts = [policies[i : i + at_once] for i in range(0, len(policies), at_once)]
         teams = [(SideBySide(part), len(part)) for part in parts]
     for team, size in teams:
-        listener = Listener(team)
+        listener = Listener(team, layout)
         runs = batch_rollout.run_episodes(
             config, listener, seeds * size, limit=limit, threads=threads
         )

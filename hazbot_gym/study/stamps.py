@@ -13,7 +13,7 @@ from hazbot_gym.evaluation.rollout import resolve
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.policies.base import NO_CODE, Permissions
 from hazbot_gym.study.config import StudyConfig
-from hazbot_gym.task.observation import LAYOUTS
+from hazbot_gym.task.observation import layout_in
 from hazbot_gym.utils import provenance
 
 
@@ -28,16 +28,16 @@ class Stamps:
         self._common = provenance.stamp(study.tracks)
         self._watched: dict[str, tuple[str, tuple[int, int]]] = {}
         self._watch(provenance.PACKAGE.rglob("*.py"))
-        self._environments, tiers = {}, set()
+        self._environments, widths = {}, set()
         for scenarios in study.all_sets:
             config, limit = resolve(scenarios)
             files = of_set(scenarios)
             self._watch(files)
             values = (config.model_dump(mode="json"), limit, mark(files))
             self._environments[scenarios.name] = values
-            tiers.add(config.tier)
+            widths.add(layout_in(config).width)
         side_by_side = (2,) if study.engine == "batched" else ()
-        self._blanks = [(*side_by_side, LAYOUTS[tier].width) for tier in sorted(tiers)]
+        self._blanks = [(*side_by_side, width) for width in sorted(widths)]
         self._policies: dict[str, str] = {}
         for spec in study.policies:  # now, since files imported later may have been edited
             self._policy(spec)

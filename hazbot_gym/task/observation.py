@@ -2,14 +2,16 @@
 
 Every field has physical bounds; the observation holds it divided by its scale, so that all entries
 lie near [-1, 1]. Information tiers: ``sonar`` has no person fields; ``tracks`` has the tracker's
-output; ``privileged`` has the same fields filled from the true state.
+output; ``privileged`` has the same fields filled from the true state. The first fields are the ranges
+of the sensor ring, one of each sensor; the others do not depend on the ring.
 """
 
 from __future__ import annotations
 
 import math
-from functools import cached_property
-from typing import NamedTuple
+from collections.abc import Mapping
+from functools import cache, cached_property
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +19,7 @@ import numpy.typing as npt
 from hazbot_gym.core.geometry import clip, norm, path_length, path_pose
 from hazbot_gym.core.jit import lean_kernel, routine, scalar
 from hazbot_gym.core.patterns import closest_approach
+from hazbot_gym.core.sensor_ring import RINGS, RangeSensor, Ring, Sensors, sensors_of
 from hazbot_gym.core.state import (
     CONFRONTING,
     CROSSING,
@@ -26,8 +29,10 @@ from hazbot_gym.core.state import (
     RobotRecord,
     TrackRecord,
 )
-from hazbot_gym.core.ultrasonic import SENSOR_NAMES
 from hazbot_gym.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from hazbot_gym.config import Config
 
 PERSON_SLOTS = 3  # K nearest people
 LOOK_AHEAD_M = 1.0  # look-ahead distances of the path's curvature
@@ -51,10 +56,11 @@ def _field(name: str, unit: str, low: float, high: float, meaning: str) -> Field
     return Field(name, unit, low, high, max(abs(low), abs(high)), meaning)
 
 
-RANGE_FIELDS = tuple(
-    _field(f"range_{name}_m", "m", 0.0, SONAR_RANGE_M, f"ultrasonic, {name.replace('_', ' ')}")
-    for name in SENSOR_NAMES
-)
+def _range_field(sensor: RangeSensor) -> Field:
+    meaning = f"ultrasonic, {sensor.name.replace('_', ' ')}"
+    return _field(f"range_{sensor.name}_m", "m", 0.0, SONAR_RANGE_M, meaning)
+
+
 ROBOT_FIELDS = (
     _field("speed_mps", "m/s", -1.0, 1.0, "linear velocity v"),
     _field("yaw_rate_radps", "rad/s", -2.0, 2.0, "angular velocity omega"),
@@ -78,8 +84,7 @@ PERSON_FIELDS = (
     _field("closest_m", "m", 0.0, TRACKER_RANGE_M, "distance then"),
     *(_field(name, "-", 0.0, 1.0, f"1 if the walking pattern is {name}") for name in PATTERN_NAMES),
 )
-FIELDS = (
-    *RANGE_FIELDS,
+OTHER_FIELDS = (  # all but the ranges
     *ROBOT_FIELDS,
     *TRACKING_FIELDS,
     *(
@@ -90,19 +95,23 @@ FIELDS = (
 )
 _FAR = ("distance_m", "time_to_closest_s", "closest_m")
 _EMPTY = np.array([float(field.name in _FAR) for field in PERSON_FIELDS], np.float32)
-_OWN = len(RANGE_FIELDS) + len(ROBOT_FIELDS) + len(TRACKING_FIELDS)
+_OWN = len(ROBOT_FIELDS) + len(TRACKING_FIELDS)
 _PER_PERSON = len(PERSON_FIELDS)
-_LOW = np.array([field.low for field in FIELDS])
-_HIGH = np.array([field.high for field in FIELDS])
-_SCALE = np.array([field.scale for field in FIELDS])
+_LOW = np.array([field.low for field in OTHER_FIELDS])
+_HIGH = np.array([field.high for field in OTHER_FIELDS])
+_SCALE = np.array([field.scale for field in OTHER_FIELDS])
 
 
 class Layout:
     """The fields of an observation, in its order."""
 
-    def __init__(self, *, has_people: bool) -> None:
+    def __init__(self, sensors: Sensors, *, has_people: bool) -> None:
+        self.sensors = sensors
         self.has_people = has_people
-        self.fields = FIELDS if has_people else FIELDS[:_OWN]
+        self.fields = (
+            *(_range_field(sensor) for sensor in sensors),
+            *(OTHER_FIELDS if has_people else OTHER_FIELDS[:_OWN]),
+        )
 
     @property
     def width(self) -> int:
@@ -117,37 +126,70 @@ class Layout:
     @property
     def low(self) -> npt.NDArray[np.float32]:
         """Lower bounds of the entries as observed, shape (width,)."""
-        return np.asarray((_LOW / _SCALE)[: self.width], dtype=np.float32)
+        return np.array([field.low / field.scale for field in self.fields], np.float32)
 
     @property
     def high(self) -> npt.NDArray[np.float32]:
         """Upper bounds of the entries as observed, shape (width,)."""
-        return np.asarray((_HIGH / _SCALE)[: self.width], dtype=np.float32)
+        return np.array([field.high / field.scale for field in self.fields], np.float32)
+
+    @cached_property
+    def _scale(self) -> Floats:
+        return np.array([field.scale for field in self.fields])
 
     def decode(self, observation: npt.ArrayLike) -> dict[str, Floats]:
         """Decode every field to its unit, by name; leading axes of (..., width) are kept."""
-        physical = np.asarray(observation, dtype=np.float64) * _SCALE[: self.width]
+        physical = np.asarray(observation, dtype=np.float64) * self._scale
         return {name: physical[..., i] for i, name in enumerate(self.names)}
 
 
-WITHOUT_PEOPLE, WITH_PEOPLE = Layout(has_people=False), Layout(has_people=True)
-LAYOUTS = {"sonar": WITHOUT_PEOPLE, "tracks": WITH_PEOPLE, "privileged": WITH_PEOPLE}
+TIERS = ("sonar", "tracks", "privileged")
 
 
-def layout_of(observation: npt.ArrayLike) -> Layout:
+@cache
+def layout_for(tier: str, ring: Ring = "paper") -> Layout:
+    """Return the layout of a tier's observations with a ring of sensors."""
+    return Layout(sensors_of(ring), has_people=tier != "sonar")
+
+
+def layout_in(config: Config) -> Layout:
+    """Return the layout of the observations of an environment."""
+    return layout_for(config.tier, config.sensors.ring)
+
+
+LAYOUTS = {tier: layout_for(tier) for tier in TIERS}  # of the paper's ring
+KNOWN = {layout_for(tier, ring).width: layout_for(tier, ring) for ring in RINGS for tier in TIERS}
+
+
+def layout_of(observation: npt.ArrayLike, ring: Ring | None = None) -> Layout:
     """Return the layout of an observation (..., width), from the size of its last axis.
 
     Tiers with the same fields share a layout, so that the width determines it.
 
+    Args:
+        observation: The observation.
+        ring: ``sensors.ring`` of the config; None for one of the named ones.
+
     Raises:
         InvalidInput: The size of the last axis fits no layout.
     """
+    known = KNOWN
+    if ring is not None:
+        known = {layout_for(tier, ring).width: layout_for(tier, ring) for tier in TIERS}
     width = np.shape(observation)[-1] if np.ndim(observation) else 0
-    for layout in (WITH_PEOPLE, WITHOUT_PEOPLE):
-        if layout.width == width:
-            return layout
-    allowed = f"{WITHOUT_PEOPLE.width} (sonar) and {WITH_PEOPLE.width} (tracks, privileged)"
+    if width in known:
+        return known[width]
+    allowed = ", ".join(
+        f"{layout.width} ({'tracks, privileged' if layout.has_people else 'sonar'} with "
+        f"{len(layout.sensors)} range sensors)"
+        for layout in known.values()
+    )
     raise InvalidInput(f"observation: last axis has {width} entries, allowed are {allowed}")
+
+
+def readings(seen: Mapping[str, Floats], sensors: Sensors) -> Floats:
+    """Return the range readings (..., sensors) in a decoded observation [m]."""
+    return np.stack([seen[_range_field(sensor).name] for sensor in sensors], axis=-1)
 
 
 def markdown_table(tier: str = "tracks") -> str:
@@ -165,7 +207,7 @@ def markdown_table(tier: str = "tracks") -> str:
 
 @scalar
 def _put(out: npt.NDArray[np.float32], i: int, value: float) -> int:
-    """Write one physical value into entry i; return the next entry's index."""
+    """Write one physical value into entry i behind the ranges; return the next entry's index."""
     out[i] = clip(value, _LOW[i], _HIGH[i]) / _SCALE[i]
     return i + 1
 
@@ -219,34 +261,34 @@ def _put_empty(out: npt.NDArray[np.float32], i: int) -> int:
 def observe(
     robot: RobotRecord, path: Records, ranges: Floats, tracks: Records, out: npt.NDArray[np.float32]
 ) -> None:
-    """Write the observation; its length selects the tier.
+    """Write the observation; its length and the number of ranges select the tier.
 
     Args:
         robot: The robot's record.
         path: (M,) records of the path.
-        ranges: (4,) ultrasonic readings [m].
+        ranges: (N,) readings of the range sensors [m].
         tracks: (P,) TRACK records.
         out: (width,) float32, output.
     """
-    i = 0
     for k in range(ranges.shape[0]):
-        i = _put(out, i, ranges[k])
-    i = _put(out, i, robot.v)
-    i = _put(out, i, robot.omega)
-    i = _put(out, i, robot.command)
-    i = _put(out, i, robot.x_e)
-    i = _put(out, i, robot.y_e)
-    i = _put(out, i, robot.theta_e)
-    i = _put(out, i, path_length(path) - robot.s - robot.x_e)
-    i = _put(out, i, path_pose(path, robot.s + LOOK_AHEAD_M)[3])
+        out[k] = clip(ranges[k], 0.0, SONAR_RANGE_M) / SONAR_RANGE_M
+    rest, i = out[ranges.shape[0] :], 0
+    i = _put(rest, i, robot.v)
+    i = _put(rest, i, robot.omega)
+    i = _put(rest, i, robot.command)
+    i = _put(rest, i, robot.x_e)
+    i = _put(rest, i, robot.y_e)
+    i = _put(rest, i, robot.theta_e)
+    i = _put(rest, i, path_length(path) - robot.s - robot.x_e)
+    i = _put(rest, i, path_pose(path, robot.s + LOOK_AHEAD_M)[3])
     beyond, last = -1.0, -1
-    while i < out.shape[0]:
+    while i < rest.shape[0]:
         k = _next_nearest(tracks, robot, beyond, last)
         if k < 0:
-            i = _put_empty(out, i)
+            i = _put_empty(rest, i)
         else:
             beyond, last = norm(tracks[k].x - robot.x, tracks[k].y - robot.y), k
-            i = _put_person(out, i, tracks[k], robot)
+            i = _put_person(rest, i, tracks[k], robot)
 
 
 @lean_kernel

@@ -22,7 +22,7 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import NO_CODE, Permissions
-from hazbot_gym.task.observation import LAYOUTS
+from hazbot_gym.task.observation import layout_in
 from hazbot_gym.training.asymmetric_critic import AsymmetricCriticPolicy
 from hazbot_gym.training.config import STUDENTS, TrainConfig, hidden_entries
 from hazbot_gym.training.dagger import BC, DAgger
@@ -95,7 +95,7 @@ def _feature_mask(config: TrainConfig) -> JsonObject:
     """Return the policy options of the feature mask."""
     if not config.hidden:
         return {}
-    hidden = hidden_entries(config.hidden, LAYOUTS[config.environments()[0].tier])
+    hidden = hidden_entries(config.hidden, layout_in(config.environments()[0]))
     return {
         "features_extractor_class": FeatureMask,
         "features_extractor_kwargs": {"hidden": hidden},

@@ -18,12 +18,13 @@ from pydantic import Field, ValidationError, ValidationInfo, field_validator
 
 from hazbot_gym.config import Config
 from hazbot_gym.config.section import Section, first_error
+from hazbot_gym.core.sensor_ring import RINGS
 from hazbot_gym.envs.registration import NAMESPACE, full_id
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation import rollout
 from hazbot_gym.evaluation.field_types import Engine, Names, SomeNames, Steps
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
-from hazbot_gym.task.observation import LAYOUTS, Layout
+from hazbot_gym.task.observation import KNOWN, Layout, layout_in
 from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.yaml_loader import read_yaml
 
@@ -134,7 +135,7 @@ class TrainConfig(Section):
     @classmethod
     def _are_fields(cls, patterns: tuple[str, ...]) -> tuple[str, ...]:
         for pattern in patterns:
-            if not hidden_entries([pattern], LAYOUTS["tracks"]):
+            if not any(hidden_entries([pattern], layout) for layout in KNOWN.values()):
                 raise ValueError(
                     f"given {pattern!r}, allowed are names of the observation's fields, * in them "
                     "for anything"
@@ -157,6 +158,12 @@ class TrainConfig(Section):
 
 def _environment(env: str, overrides: dict[str, object]) -> Config:
     config, _ = rollout.resolve(ScenarioSet(name=env, env=env, overrides=overrides))
+    ring = config.sensors.ring
+    if layout_in(config).width not in KNOWN:
+        raise InvalidInput(
+            f"sensors.ring: given a ring of {len(ring)} sensors, allowed for a trained policy are "
+            f"those as large as {', '.join(RINGS)}"
+        )
     return config
 
 

@@ -9,7 +9,7 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation.inputs import edited, of_policy, of_set
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.policies.base import NO_CODE, Permissions
-from hazbot_gym.task.observation import LAYOUTS
+from hazbot_gym.task.observation import layout_in
 from hazbot_gym.training.config import TrainConfig
 
 
@@ -17,7 +17,8 @@ def of_training(config: TrainConfig, allowed: Permissions = NO_CODE) -> list[Pat
     """Return the input files of a training run: of its environments, and of its teacher."""
     sets = [ScenarioSet(name=env, env=env, overrides=config.overrides) for env in config.env]
     teacher = config.imitation.teacher if config.imitation else None
-    blanks = {(1, LAYOUTS[each.tier].width) for each in config.environments()}
+    configs = config.environments()
+    blanks = {(1, layout_in(each).width) for each in configs}
     found = [path for each in sets for path in of_set(each)]
     return [*dict.fromkeys(found), *(of_policy(teacher, blanks, allowed) if teacher else [])]
 

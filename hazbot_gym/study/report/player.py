@@ -42,10 +42,10 @@ def _replay(replay: Replay) -> dict[str, object]:
         "walls": _whole(100 * replay.walls).tolist(),
         "path": _whole(100 * path).tolist(),
         "sonar": {
-            "half_cone": replay.sonar.half_cone_rad,
             "mount": round(100 * replay.sonar.mount_m, 1),
             "range": round(100 * replay.sonar.range_m / SONAR_CM),
             "axes": replay.sonar.axes_rad.round(4).tolist(),
+            "half_cones": replay.sonar.half_cones_rad.round(4).tolist(),
         },
         "runs": {
             policy: _run(episode, low - SOCIAL_M, high + SOCIAL_M)

@@ -12,14 +12,15 @@ from typing import NamedTuple
 import numpy as np
 
 from hazbot_gym.config import Config
+from hazbot_gym.core.sensor_ring import PAPER
 from hazbot_gym.core.state import PERSON, ROBOT, Floats, records
-from hazbot_gym.core.ultrasonic import FRONT_LEFT
 from hazbot_gym.paper.sections.circle.experiment import PHYSICS_S
 from hazbot_gym.sim.drive import drive_parameters
 from hazbot_gym.sim.lanes import measurement_noise
-from hazbot_gym.sim.perception import SENSORS, sense_ranges
+from hazbot_gym.sim.perception import ring_of, sense_ranges
 
 WHEEL_MPS, HEADING_RAD, WALL_M = 0.5, math.pi / 2, 1.0
+FRONT = 0  # one of the sensors in front
 READINGS = 5  # of each seed, as in Table 2
 # As printed: hub motor [m/s], "Angle" (the distance) [m], "Ultra" (the heading) [rad].
 TABLE_2 = (
@@ -57,15 +58,16 @@ def measure(seeds: int) -> Readings:
     robot = records(ROBOT, 1).view(np.recarray)[0]
     robot.theta = HEADING_RAD
     # A wall perpendicular to the heading; offset of the front sensors from M.
-    wall_y = WALL_M + sonar.mount_radius_m * math.cos(sonar.front_angle_rad)
+    wall_y = WALL_M + sonar.mount_radius_m * math.cos(PAPER[FRONT].angle_rad)
     walls = np.array([[-5.0, wall_y, 5.0, wall_y]])
+    ring = ring_of(config).view(np.recarray)
     no_people = records(PERSON, 0).view(np.recarray)
     rows = []
     for seed in range(seeds):
         for k in range(READINGS):
-            key, ranges = np.uint64(seed), np.empty(SENSORS)
-            sense_ranges(robot, no_people, walls, sonar, key, k, ranges)
+            key, ranges = np.uint64(seed), np.empty(len(ring))
+            sense_ranges(robot, no_people, walls, sonar, ring, key, k, ranges)
             wheel, _, heading = measurement_noise(drive, key, k)
             hub_mps = WHEEL_MPS + wheel * drive.chassis.r
-            rows.append((hub_mps, ranges[FRONT_LEFT], HEADING_RAD + heading))
+            rows.append((hub_mps, ranges[FRONT], HEADING_RAD + heading))
     return Readings(*np.array(rows).T)

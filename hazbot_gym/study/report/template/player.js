@@ -94,7 +94,7 @@
 
   /** Draw the readings of the sonar: a cone each, with an arc where there is an echo. */
   function drawBeams(context, run, index, panel) {
-    const { half_cone: half, mount, range, axes } = replay().sonar;
+    const { mount, range, axes, half_cones: halves } = replay().sonar;
     const [x, y] = [at(run.x, index, 50), at(run.y, index, 50)];
     const heading = (at(run.heading, index, 90) * Math.PI) / 180;
     axes.forEach((axis, i) => {
@@ -102,6 +102,7 @@
       const reading = readings[Math.min(Math.floor(index), readings.length - 1)];
       const angle = heading + axis;
       const from = [x + mount * Math.cos(angle), y + mount * Math.sin(angle)];
+      const half = halves[i];
       const arc = [...from, reading * data.sonar_cm, angle - half, angle + half];
       context.beginPath();
       context.moveTo(...from);
