@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, NamedTuple
 
-from annotated_types import Ge, Gt, Le, MaxLen, MinLen
+from annotated_types import Ge, Gt, Le, MaxLen
 from pydantic import AfterValidator, Field, model_validator
 
 from hazbot_gym.config.section import Loose, Section
@@ -13,7 +13,6 @@ from hazbot_gym.core.kinematics import Chassis
 from hazbot_gym.core.line_sensor import LineSensor
 from hazbot_gym.core.pid import PidGains, Plant
 from hazbot_gym.core.sensor_ring import (
-    MOST_SENSORS,
     RangeSensor,
     check_ring,
     is_ahead,
@@ -39,9 +38,6 @@ MOST_PHYSICS_STEPS = 1000  # of a decision
 Count = Annotated[int, Ge(0), Le(MOST_PEOPLE)]
 Weight = Annotated[float, Ge(0)]
 Weights = Annotated[tuple[Weight, Weight, Weight, Weight], Loose]
-OwnRing = Annotated[
-    tuple[RangeSensor, ...], Loose, MinLen(1), MaxLen(MOST_SENSORS), AfterValidator(check_ring)
-]
 Reactions = Annotated[tuple[Reaction, Reaction, Reaction, Reaction], Loose]
 
 
@@ -168,7 +164,10 @@ class Sensors(Section):
     """Sensors of the robot."""
 
     # range sensors and where they point (core/sensor_ring.py), by name or in full
-    ring: Literal["paper", "six"] | OwnRing = "paper"
+    ring: Annotated[
+        Literal["paper", "six"] | Annotated[tuple[RangeSensor, ...], Loose],
+        AfterValidator(check_ring),
+    ] = "paper"
     ultrasonic: Ultrasonic = Ultrasonic()
     tracker: Tracker = Tracker()
 

@@ -91,37 +91,44 @@ def is_ahead(sensor: RangeSensor) -> bool:
     return abs(sensor.angle_rad) <= FRONT_RAD
 
 
-def check_ring(sensors: Sensors) -> Sensors:
-    """Return the sensors of a ring of one's own.
+def check_ring(ring: Ring) -> Ring:
+    """Return a ring that can be used.
 
     An observation tells a policy only the number of sensors, by which the policy takes the ring for
-    a named one. A ring as large as a named one must therefore have the same names in the same order,
-    and nearly the same directions.
+    a named one. A ring as large as a named one therefore needs its names in its order, and nearly
+    its directions.
 
     Raises:
-        ValueError: A name is unusable or given twice, or a sensor is unlike the one in the same
-            place of a named ring of the same size.
+        ValueError: The number of sensors or a name cannot be used, or a sensor is unlike its
+            namesake.
     """
-    names = names_of(sensors)
+    sensors, names = sensors_of(ring), names_of(ring)
+    if not 1 <= len(names) <= MOST_SENSORS:
+        raise ValueError(f"given {len(names)} sensors, allowed are 1 to {MOST_SENSORS}")
     for name in names:
         if not NAME.fullmatch(name):
             raise ValueError(f"name: given {name!r}, allowed are a-z, 0-9 and _, from a letter on")
         if names.count(name) > 1:
             raise ValueError(f"name: given {name!r} twice, allowed is once")
-    for ring, known in RINGS.items():
-        if len(names) == len(known) and names != names_of(known):
+    for label, known in RINGS.items():
+        if len(known) == len(sensors):
+            _check_namesakes(sensors, known, label)
+    return ring
+
+
+def _check_namesakes(sensors: Sensors, known: Sensors, label: str) -> None:
+    """Compare a ring with the named one of its size."""
+    names = ", ".join(names_of(sensors))
+    if names != ", ".join(names_of(known)):
+        allowed = ", ".join(names_of(known))
+        raise ValueError(f"given {names}, allowed for {len(known)} sensors is {allowed}")
+    for sensor, namesake in zip(sensors, known, strict=True):
+        off_rad = math.remainder(sensor.angle_rad - namesake.angle_rad, math.tau)
+        if abs(off_rad) > NAMESAKE_RAD:
             raise ValueError(
-                f"given {len(names)} sensors {', '.join(names)}; {len(names)} are named as in "
-                f"{ring!r}: {', '.join(names_of(known))}"
+                f"angle_rad: given {sensor.angle_rad:g} for {sensor.name!r}, allowed is at most "
+                f"{NAMESAKE_RAD:.2g} from the {namesake.angle_rad:.3g} of {label!r}"
             )
-        for sensor, namesake in zip(sensors, known, strict=False):
-            off_rad = math.remainder(sensor.angle_rad - namesake.angle_rad, math.tau)
-            if len(names) == len(known) and abs(off_rad) > NAMESAKE_RAD:
-                raise ValueError(
-                    f"angle_rad: given {sensor.angle_rad:g} for {sensor.name!r}, allowed is at "
-                    f"most {NAMESAKE_RAD:.2g} from the {namesake.angle_rad:.3g} of {ring!r}"
-                )
-    return sensors
 
 
 def ring_table(sensors: Iterable[RangeSensor], half_cone_rad: float) -> Records:

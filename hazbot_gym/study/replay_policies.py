@@ -23,9 +23,8 @@ class Listener:
 
     def __init__(self, policy: Policy, layout: Layout) -> None:
         self._policy, self._layout = policy, layout
-        self._rounds: list[
-            list[Floats]
-        ] = []  # of episodes side by side; (worlds, sensors) per decision
+        # of episodes side by side; (worlds, sensors) per decision
+        self._rounds: list[list[Floats]] = []
 
     def predict(
         self,

@@ -2,8 +2,8 @@
 
 Every field has physical bounds; the observation holds it divided by its scale, so that all entries
 lie near [-1, 1]. Information tiers: ``sonar`` has no person fields; ``tracks`` has the tracker's
-output; ``privileged`` has the same fields filled from the true state. The first fields are the ranges
-of the sensor ring, one of each sensor; the others do not depend on the ring.
+output; ``privileged`` has the same fields filled from the true state. The first fields are the
+ranges of the sensor ring; the others do not depend on it.
 """
 
 from __future__ import annotations
