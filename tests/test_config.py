@@ -17,6 +17,10 @@ NAN, INF = math.nan, math.inf
 WALKER = {"x_m": 1.0, "y_m": 1.0, "vx_mps": 0.0, "vy_mps": 0.0}
 
 
+def ring(**angles_rad: float) -> list[dict[str, Any]]:
+    return [{"name": name, "angle_rad": angle} for name, angle in angles_rad.items()]
+
+
 def test_nothing_given_is_the_default() -> None:
     assert make_config() == make_config({}) == make_config(Config()) == Config()
 
@@ -84,6 +88,23 @@ def test_nothing_given_is_the_default() -> None:
         ({"arrival_tolerance_m": True}, "arrival_tolerance_m ... True"),
         ({"sensors": {"tracker": {"range_m": "8"}}}, "sensors.tracker.range_m ... '8'"),
         ({"sensors": {"ultrasonic": {"gaussian": 1}}}, "sensors.ultrasonic.gaussian ... 1"),
+        ({"sensors": {"ring": "eight"}}, "sensors.ring ... 'eight' ... 'paper' or 'six'"),
+        ({"sensors": {"ring": []}}, "sensors.ring ... 0 ... 1 to 16"),
+        ({"sensors": {"ring": ring(**{f"s{i}": 0.1 for i in range(17)})}}, "ring ... 17 ... 16"),
+        ({"sensors": {"ring": ring(a=4.0)}}, "sensors.ring.0.angle_rad ... 4.0 ... 3.14"),
+        ({"sensors": {"ring": [["a", 0.0, 2.0]]}}, "sensors.ring.0 ... 2.0 ... 1"),
+        ({"sensors": {"ring": [["a", 0.0, None], ["b", 0.0]]}}, "ring.1 ... ['b', 0.0] ... all 3"),
+        ({"sensors": {"ring": ring(A=0.0)}}, "sensors.ring ... name ... 'A' ... a-z"),
+        ({"sensors": {"ring": [*ring(a=0.0), *ring(a=1.0)]}}, "sensors.ring ... 'a' twice"),
+        ({"sensors": {"ring": ring(a=0.0, b=1.0, c=2.0, d=3.0)}}, "a, b, c, d ... front_left"),
+        (
+            {"sensors": {"ring": ring(front_left=0.26, front_right=0.3, left=1.6, right=-1.6)}},
+            "angle_rad ... 0.3 ... 'front_right' ... -0.262",
+        ),
+        (
+            {"sensors": {"ring": ring(behind=3.0)}, "drive": {"reflex_stop_m": 0.5}},
+            "drive.reflex_stop_m ... 0.5 ... sensors.ring ... 0",
+        ),
         ({"people": {"count": ["1", 2]}}, "people.count.0 ... '1' ... int"),
         ({"people": {"count": (10**6, 10**6)}}, "people.count.0 ... 1000000 ... 64"),
         ({"people": {"walkers": [WALKER] * 65}}, "people.walkers ... 64"),

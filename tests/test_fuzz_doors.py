@@ -60,7 +60,11 @@ CONFIG = {
         "count": [1, 2],
         "walkers": [{"x_m": 4.0, "y_m": 0.5, "vx_mps": -0.5, "vy_mps": 0.0}],
     },
-    "sensors": {"ultrasonic": {"noise_m": 0.0}, "tracker": {"range_m": 8.0, "latency_steps": 2}},
+    "sensors": {
+        "ring": [{"name": "ahead", "angle_rad": 0.0, "half_cone_rad": 0.2}],
+        "ultrasonic": {"noise_m": 0.0},
+        "tracker": {"range_m": 8.0, "latency_steps": 2},
+    },
     "reward": {"progress": 1.0},
 }
 STUDY = {

@@ -126,7 +126,7 @@ class Ppo(_FromFile):
         layout = layout_of(observation)
         if layout.width not in self._policies:
             raise InvalidInput(
-                f"sensors.ring: given observations with {len(layout.sensors)} range sensors "
-                f"({layout.width} entries), for which no 'ppo' is shipped"
+                f"tier or sensors.ring: given observations of {layout.width} entries with "
+                f"{len(layout.sensors)} range sensors, for which no 'ppo' is shipped"
             )
         return self._policies[layout.width]

@@ -10,16 +10,11 @@ from hypothesis import strategies as st
 from hazbot_gym.core.jit import kernel
 from hazbot_gym.core.state import Floats
 from hazbot_gym.core.ultrasonic import (
-    FRONT_LEFT,
-    FRONT_RIGHT,
-    SENSOR_NAMES,
-    SIDE_LEFT,
     Ultrasonic,
     cone_at,
     disc_echo,
     may_meet_disc,
     may_meet_segment,
-    mounting,
     segment_echo,
 )
 
@@ -153,15 +148,6 @@ def test_wall_met_at_a_slant_reflects_the_pulse_away() -> None:
         t = math.tan(math.radians(slant_deg))  # begins straight ahead, the nearer end
         echo = segment_echo(2.0, 0.0, 2.0 + t, 1.0, AHEAD, keen)
         assert math.isfinite(echo) is expected
-
-
-def test_sensors_look_left_and_right_alike() -> None:
-    axes = [mounting(i, 0.28, 0.96) for i in range(len(SENSOR_NAMES))]
-
-    assert axes[FRONT_LEFT] == (0.96, 0.28)
-    assert axes[FRONT_RIGHT] == (0.96, -0.28)
-    assert axes[SIDE_LEFT] == (0.0, 1.0)
-    assert axes[SIDE_LEFT + 1] == (0.0, -1.0)
 
 
 @settings(max_examples=300)

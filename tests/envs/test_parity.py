@@ -197,6 +197,21 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "slow tracker": {"sensors": {"tracker": {"latency_steps": 3, "dropout": 0.2}}},
     "noisy ears": {"sensors": {"ultrasonic": {"cross_talk": 0.2, "gaussian": True}}},
     "one sensor at a time": {"sensors": {"ultrasonic": {"sequential": True}}},
+    "six sensors": {
+        "tier": "sonar",
+        "drive": {"reflex_stop_m": 0.5},
+        "sensors": {"ring": "six", "ultrasonic": {"cross_talk": 0.2, "gaussian": True}},
+    },
+    "a ring of one's own, in turn": {
+        "sensors": {
+            "ring": [
+                {"name": "ahead", "angle_rad": 0.0, "half_cone_rad": 0.5},
+                {"name": "behind", "angle_rad": 3.0},
+                *({"name": f"aside_{i}", "angle_rad": 0.2 + 0.2 * i} for i in range(7)),
+            ],
+            "ultrasonic": {"sequential": True},
+        }
+    },
     "reflex": {"drive": {"reflex_stop_m": 1.0}, "tier": "sonar"},
     "slow drive": {"drive": {"latency_steps": 7, "start_speed_mps": 0.2}},
     "slow drive with a reflex": {"drive": {"latency_steps": 4, "reflex_stop_m": 1.0}},

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hazbot_gym.core.sensor_ring import SIX
 from hazbot_gym.core.state import (
     CONFRONTING,
     CROSSING,
@@ -132,6 +133,7 @@ def test_people_who_are_not_there_are_not_drawn(status: int) -> None:
         ({"theta_rad": 0.5}, False),
         ({"x_m": 3.0}, False),
         ({"ranges_m": np.full(4, 2.0)}, False),
+        ({"ranges_m": np.full(6, 1.0), "ring": SIX}, False),
         ({"castor_rad": 0.5}, False),
         ({"trail": np.array([[0.0, 0.0], [1.0, 0.5], [2.0, 0.5]])}, False),
         ({"patterns": [CONFRONTING]}, False),

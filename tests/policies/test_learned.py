@@ -3,7 +3,7 @@ from __future__ import annotations
 import sys
 import zipfile
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -18,13 +18,19 @@ from hazbot_gym.policies.actor import Actor
 from hazbot_gym.policies.actor_file import describe, write
 from hazbot_gym.policies.base import spec_of
 from hazbot_gym.policies.layer import Layer
-from hazbot_gym.task.observation import LAYOUTS
+from hazbot_gym.task.observation import layout_for
 from tests.refusals import refused
 
 
-def save(path: Path, tier: str, bias: float, residual: dict[str, Any] | None = None) -> Path:
+def save(
+    path: Path,
+    tier: str,
+    bias: float,
+    residual: dict[str, Any] | None = None,
+    ring: Literal["paper", "six"] = "paper",
+) -> Path:
     """Write an actor that always answers the same, alone or as a correction."""
-    width = LAYOUTS[tier].width
+    width = layout_for(tier, ring).width
     layer = Layer(np.zeros((width, 1), np.float32), np.array([bias], np.float32))
     with path.open("wb") as file:
         actor = Actor((layer,), "tanh", "clipped")
@@ -73,6 +79,14 @@ def test_a_path_may_have_any_letters(
     assert policies.make(spec_of("learned", {"path": tmp_path / name / "p,q=r.npz"}))
 
 
+def test_a_policy_trained_with_six_sensors_acts_with_six_only(tmp_path: Path) -> None:
+    policy = policies.make(f"learned:{save(tmp_path / 'six.npz', 'sonar', 0.25, ring='six')}")
+
+    assert policy.predict(np.zeros(14, np.float32))[0].tolist() == [0.25]
+    with refused("sensors.ring ... 4 range sensors ... 6"):
+        policy.predict(np.zeros(12, np.float32))
+
+
 def test_a_zip_that_no_model_is_in_is_one_line() -> None:
     with refused("model ... Stable-Baselines3"):
         policies.make("learned:nowhere.zip", allow_pickle=True)
@@ -88,6 +102,8 @@ def test_another_tier_and_drawn_actions_are_refused_in_one_line(file: Path) -> N
     policy = policies.make(f"learned:{file}")
     with refused("tier ... 12 ... tracks"):
         policy.predict(np.zeros(12, np.float32))
+    with refused("sensors.ring ... 6 range sensors ... 4"):
+        policy.predict(np.zeros(50, np.float32))
     with refused("deterministic ... False"):
         policy.predict(np.zeros(48, np.float32), deterministic=False)
 

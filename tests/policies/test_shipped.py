@@ -12,9 +12,10 @@ from hazbot_gym.evaluation.metrics import means
 from hazbot_gym.evaluation.rollout import evaluate
 from hazbot_gym.policies.actor_file import card, read
 from hazbot_gym.policies.learned import SHIPPED
-from hazbot_gym.task.observation import LAYOUTS
+from hazbot_gym.task.observation import LAYOUTS, layout_for
 from hazbot_gym.training.config import TrainConfig, load_training
 from hazbot_gym.utils.files import read_json
+from tests.refusals import refused
 
 ROOT = Path(__file__).parents[2]
 CONFIGS, RECORDS = ROOT / "configs", ROOT / "benchmarks"
@@ -72,6 +73,12 @@ def test_it_arrives_without_driving_into_anybody(tier: str) -> None:
     )
     assert found["arrived"] > 0.9
     assert found["contacts_per_km"] == 0.0
+
+
+@pytest.mark.parametrize("tier", ["sonar", "tracks"])
+def test_it_is_refused_for_a_ring_of_six(tier: str) -> None:
+    with refused("sensors.ring ... 6 ... 'ppo'"):
+        policies.make("ppo").predict(np.zeros(layout_for(tier, "six").width, np.float32))
 
 
 def test_one_name_serves_both_tiers() -> None:

@@ -8,6 +8,7 @@ import gymnasium
 import numpy as np
 import pytest
 
+from hazbot_gym.core.sensor_ring import SIX
 from hazbot_gym.core.state import PATTERN_NAMES, Floats
 from hazbot_gym.policies.sonar_estimate import CARRIED_S, STEADY_S, Echoes, listen, people
 from hazbot_gym.task.observation import LAYOUTS
@@ -200,6 +201,40 @@ def test_noise_of_the_paper_makes_nobody_out_of_a_wall_ahead() -> None:
     r = coming(0.0, 22)[:, None] + rng.uniform(-0.03, 0.03, (22, 500))
     known = hear([seen(row, AHEAD_M) for row in r])
     assert known.is_person.mean() < 0.01
+
+
+# --- two more sensors ----------------------------------------------------------------------------
+
+DIAGONAL_M = (1.2 - 0.3 * math.sin(math.radians(52.5))) / math.sin(math.radians(67.5))  # the wall
+
+
+def seen_by_six(left: float = DIAGONAL_M, right: float = DIAGONAL_M) -> dict[str, Floats]:
+    """Return the observation of an empty corridor but for the diagonal sensors."""
+    more = {"range_diagonal_left_m": np.array(left), "range_diagonal_right_m": np.array(right)}
+    return {**seen(), **more}
+
+
+def heard_by_six(left_m: Sequence[float]) -> Floats:
+    """Return where a diagonal sensor's readings make somebody out: bearings [rad]."""
+    known = None
+    for reading_m in left_m:
+        known = listen(seen_by_six(reading_m), known, ring=SIX)
+    assert known is not None
+    fields = people(known, np.array(0.5), SIX)
+    is_there = fields["present"] > 0.5
+    return np.arctan2(fields["bearing_sin"], fields["bearing_cos"])[is_there]
+
+
+def test_six_sensors_hear_nobody_in_an_empty_corridor() -> None:
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        readings_m = DIAGONAL_M + rng.uniform(-0.03, 0.03, 30)
+        assert heard_by_six(readings_m.tolist()).tolist() == []
+
+
+def test_somebody_in_front_of_the_wall_is_found_by_a_diagonal_sensor() -> None:
+    standing = [DIAGONAL_M] * 10 + [0.5]
+    assert heard_by_six(standing) == pytest.approx([math.radians(52.5)])
 
 
 def test_people_of_the_reference_world_are_found_where_the_cones_reach() -> None:

@@ -11,6 +11,7 @@ import pytest
 import hazbot_gym  # noqa: F401 - registers the environments
 from hazbot_gym.core.patterns import Thresholds
 from hazbot_gym.core.proxemics import SOCIAL_M
+from hazbot_gym.core.sensor_ring import PAPER, SIX, RangeSensor, Sensors, ring_table
 from hazbot_gym.core.state import (
     BESIDE,
     CONFRONTING,
@@ -28,9 +29,8 @@ from hazbot_gym.core.state import (
     as_record,
     records,
 )
-from hazbot_gym.core.ultrasonic import FRONT_LEFT, FRONT_RIGHT, SIDE_LEFT, Ultrasonic, cone_at
+from hazbot_gym.core.ultrasonic import Ultrasonic, cone_at, disc_echo
 from hazbot_gym.sim.perception import (
-    SENSORS,
     SensorParameters,
     TrackerParameters,
     blank_tracks,
@@ -41,6 +41,7 @@ from hazbot_gym.sim.perception import (
     track_people,
 )
 
+FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, DIAGONAL_LEFT, DIAGONAL_RIGHT = range(len(SIX))
 QUIET_SONAR = Ultrasonic(noise_m=0.0)
 TRACKER = TrackerParameters(
     range_m=8.0,
@@ -62,6 +63,7 @@ class Rig:
         *positions: tuple[float, float],
         walls: Floats = OPEN,
         sonar: Ultrasonic = QUIET_SONAR,
+        sensors: Sensors = PAPER,
         latency_steps: int = 0,
         key: int = KEY,
         **tracker: Any,
@@ -77,12 +79,13 @@ class Rig:
         self.parameters = as_record(parameters)
         self.history = records(TRACK, (latency_steps + 1) * len(positions))
         self.history = self.history.reshape(latency_steps + 1, len(positions))
-        self.ranges, self.tracks = np.zeros(SENSORS), blank_tracks(len(positions))
+        self.ring = ring_table(sensors, sonar.half_cone_rad)
+        self.ranges, self.tracks = np.zeros(len(sensors)), blank_tracks(len(positions))
 
     def look(self) -> Records:
         """Let the sensors report a decision; return the tracks."""
         perceive_kernel(
-            self.robots, self.people, self.walls, self.parameters, self.history,
+            self.robots, self.people, self.walls, self.parameters, self.ring, self.history,
             self.key, self.step, self.ranges, self.tracks,
         )  # fmt: skip
         self.step += 1
@@ -245,7 +248,7 @@ def test_somebody_on_the_axis_of_a_sensor_is_heard_at_the_distance_of_the_surfac
     rig = Rig((2.0 * math.cos(axis), 2.0 * math.sin(axis)))
     rig.look()
     assert rig.ranges[FRONT_LEFT] == pytest.approx(2.0 - 0.2 - QUIET_SONAR.mount_radius_m)
-    assert rig.ranges[[FRONT_RIGHT, SIDE_LEFT]].tolist() == [4.0, 4.0]
+    assert rig.ranges[[FRONT_RIGHT, LEFT]].tolist() == [4.0, 4.0]
 
 
 def test_people_ahead_are_heard_by_both_front_sensors() -> None:
@@ -255,26 +258,69 @@ def test_people_ahead_are_heard_by_both_front_sensors() -> None:
     assert 1.5 < rig.ranges[FRONT_LEFT] < 1.6
 
 
+def test_two_more_sensors_hear_somebody_who_stands_in_the_blind_sector() -> None:
+    bearing, away_m = math.radians(50.0), 1.2
+    person = away_m * math.cos(bearing), away_m * math.sin(bearing)
+    four, six = Rig(person), Rig(person, sensors=SIX)
+    four.look()
+    six.look()
+
+    assert four.ranges.tolist() == [4.0] * 4
+    assert six.ranges.tolist()[:4] == [4.0] * 4
+    axis, mount = math.radians(52.5), QUIET_SONAR.mount_radius_m
+    dx, dy = person[0] - mount * math.cos(axis), person[1] - mount * math.sin(axis)
+    assert six.ranges[DIAGONAL_LEFT] == pytest.approx(math.hypot(dx, dy) - 0.2)
+    assert six.ranges[DIAGONAL_RIGHT] == 4.0
+
+
+def test_a_sensor_of_ones_own_has_its_direction_and_its_cone() -> None:
+    behind = RangeSensor("behind", math.pi), RangeSensor("wide", 0.0, half_cone_rad=0.9)
+    rig = Rig((-2.0, 0.0), (1.0, 0.8), sensors=behind)
+    rig.look()
+
+    mount = QUIET_SONAR.mount_radius_m
+    assert rig.ranges[0] == pytest.approx(2.0 - mount - 0.2)
+    assert rig.ranges[1] == pytest.approx(disc_echo(1.0 - mount, 0.8, 0.2, cone_at(0.0, 0.9)))
+    assert rig.ranges[1] == pytest.approx(math.hypot(1.0 - mount, 0.8) - 0.2)
+
+
+def test_the_first_four_sensors_have_the_same_noise_in_every_ring() -> None:
+    walls = np.array([[-9.0, 1.0, 9.0, 1.0], [-9.0, -1.0, 9.0, -1.0]])
+    four, six = (Rig(walls=walls, sonar=Ultrasonic(), sensors=s) for s in (PAPER, SIX))
+    readings = []
+    for _ in range(100):
+        four.look()
+        six.look()
+        assert four.ranges.tolist() == six.ranges[:4].tolist()
+        readings.append(six.ranges.copy())
+    noise = np.transpose(readings) - np.mean(readings, axis=0)[:, None]
+    off_diagonal = np.corrcoef(noise) - np.eye(len(SIX))
+    assert np.abs(off_diagonal).max() < 0.4  # independent of each other
+
+
 def test_ranges_err_within_the_noise() -> None:
     rig = Rig(walls=np.array([[-9.0, 1.0, 9.0, 1.0]]), sonar=Ultrasonic(noise_m=0.03))
     readings = []
     for _ in range(300):
         rig.look()
-        readings.append(rig.ranges[SIDE_LEFT] - 0.7)
+        readings.append(rig.ranges[LEFT] - 0.7)
     assert np.abs(readings).max() <= 0.03
     assert np.abs(readings).max() > 0.028
 
 
-def test_fired_in_turn_only_one_sensor_is_new_each_decision() -> None:
-    rig = Rig(walls=np.array([[-9.0, 1.0, 9.0, 1.0]]), sonar=Ultrasonic(sequential=True))
+@pytest.mark.parametrize("sensors", [PAPER, SIX])
+def test_fired_in_turn_only_one_sensor_is_new_each_decision(sensors: Sensors) -> None:
+    wall = np.array([[-9.0, 1.0, 9.0, 1.0]])
+    rig = Rig(walls=wall, sonar=Ultrasonic(sequential=True), sensors=sensors)
     rig.look()
-    for step in range(1, 9):
+    for step in range(1, 13):
         before = rig.ranges.copy()
         rig.walls[:, [1, 3]] += 0.01
         rig.look()
         changed = np.flatnonzero(rig.ranges != before).tolist()
-        assert changed in ([step % SENSORS], [])
-        assert changed or step % SENSORS != SIDE_LEFT
+        turn = step % len(sensors)
+        assert changed in ([turn], [])
+        assert changed or turn != LEFT
 
 
 @pytest.mark.parametrize(("chance", "share"), [(0.0, 0.0), (0.3, 0.3), (1.0, 1.0)])
@@ -293,12 +339,14 @@ def test_with_cross_talk_a_sensor_hears_its_neighbour_s_nearer_echo(
     assert set(right) <= {left[0], 4.0}
 
 
-def test_interpreted_and_compiled_ranges_agree() -> None:
-    rig = Rig((1.5, 0.4), (0.5, -1.2), walls=np.array([[-2.0, 1.1, 3.0, 1.0]]), sonar=Ultrasonic())
+@pytest.mark.parametrize("sensors", [PAPER, SIX])
+def test_interpreted_and_compiled_ranges_agree(sensors: Sensors) -> None:
+    sonar, wall = Ultrasonic(gaussian=True, cross_talk=0.5), np.array([[-2.0, 1.1, 3.0, 1.0]])
+    rig = Rig((1.5, 0.4), (0.5, -1.2), (0.8, 1.0), walls=wall, sonar=sonar, sensors=sensors)
     rig.look()
-    ranges, sonar = np.zeros(SENSORS), Ultrasonic()
+    ranges, ring = np.zeros(len(sensors)), rig.ring.view(np.recarray)
     robot, people = rig.robots.view(np.recarray)[0], rig.people.view(np.recarray)
-    sense_ranges(robot, people, rig.walls, sonar, np.uint64(KEY), 0, ranges)
+    sense_ranges(robot, people, rig.walls, sonar, ring, np.uint64(KEY), 0, ranges)
     assert rig.ranges == pytest.approx(ranges, abs=1e-12)
 
 
@@ -337,7 +385,8 @@ def rays(space: pymunk.Space, robot: Any, axis_rad: float, sonar: Ultrasonic) ->
 
 @pytest.mark.parametrize("name", ["Corridor", "Intersection", "Aisle", "Doorway"])
 def test_cones_in_closed_form_agree_with_rays_cast_by_pymunk(name: str) -> None:
-    env: Any = gymnasium.make(f"hazbot_gym/{name}-v0", sensors={"ultrasonic": {"noise_m": 0.0}})
+    sensors = {"ring": "six", "ultrasonic": {"noise_m": 0.0}}
+    env: Any = gymnasium.make(f"hazbot_gym/{name}-v0", sensors=sensors)
     env, sonar, heard = env.unwrapped, QUIET_SONAR, 0
     env.reset(seed=3)
     for decision in range(200):
@@ -350,7 +399,7 @@ def test_cones_in_closed_form_agree_with_rays_cast_by_pymunk(name: str) -> None:
         world._place_bodies()
         for body in world._space.bodies:
             world._space.reindex_shapes_for_body(body)
-        for sensor, offset in enumerate(np.radians([15.0, -15.0, 90.0, -90.0])):
+        for sensor, offset in enumerate(np.radians([15.0, -15.0, 90.0, -90.0, 52.5, -52.5])):
             people = world.people.view(np.recarray)
             cone = cone_at(robot.theta + offset, sonar.half_cone_rad)
             exact = echo(cone, robot, people, world.place.walls, sonar)

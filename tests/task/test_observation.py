@@ -8,6 +8,7 @@ import numpy.typing as npt
 import pytest
 
 from hazbot_gym.core.geometry import straight_path
+from hazbot_gym.core.sensor_ring import RangeSensor
 from hazbot_gym.core.state import (
     CONFRONTING,
     CROSSING,
@@ -20,10 +21,11 @@ from hazbot_gym.core.state import (
     records,
 )
 from hazbot_gym.task.observation import (
-    FIELDS,
     LAYOUTS,
     PERSON_FIELDS,
     PERSON_SLOTS,
+    Layout,
+    layout_for,
     layout_of,
     markdown_table,
     observe_kernel,
@@ -64,9 +66,9 @@ def observation_of(
     robot: Records | None = None,
     tracks: Records | None = None,
     ranges: Floats | None = None,
-    tier: str = "tracks",
+    layout: Layout = LAYOUT,
 ) -> npt.NDArray[np.float32]:
-    out = np.full(LAYOUTS[tier].width, np.nan, dtype=np.float32)
+    out = np.full(layout.width, np.nan, dtype=np.float32)
     ranges = np.array([0.5, 1.0, 2.0, 4.0]) if ranges is None else ranges
     robot = a_robot() if robot is None else robot
     observe_kernel(robot, PATH, ranges, seen() if tracks is None else tracks, out)
@@ -179,7 +181,7 @@ def test_tier_without_people_is_the_beginning_of_the_others() -> None:
     assert not any(name.startswith("person") for name in sonar.names)
     assert LAYOUTS["privileged"].names == LAYOUT.names
     full = observation_of(tracks=seen(at(2.0)))
-    assert observation_of(tracks=seen(at(2.0)), tier="sonar").tolist() == full[:12].tolist()
+    assert observation_of(tracks=seen(at(2.0)), layout=sonar).tolist() == full[:12].tolist()
 
 
 @pytest.mark.parametrize("tier", LAYOUTS)
@@ -187,7 +189,6 @@ def test_layout_agrees_with_the_table_of_fields(tier: str) -> None:
     layout = LAYOUTS[tier]
 
     assert layout.width == len(layout.names) == len(layout.fields) == len(set(layout.names))
-    assert layout.fields == FIELDS[: layout.width]
     assert np.abs([layout.low, layout.high]).max() == 1.0
     assert (layout.low < layout.high).all()
 
@@ -201,7 +202,32 @@ def test_decoding_keeps_leading_axes() -> None:
     assert {name: float(values[3, 1]) for name, values in fields.items()} == single
 
 
-@pytest.mark.parametrize("shape", [(12,), (7, 12), (48,), (2, 3, 48)])
+def test_each_sensor_of_a_ring_adds_a_range_and_moves_the_rest() -> None:
+    people, six = seen(at(2.0, 40.0, pattern=LEADING)), layout_for("tracks", "six")
+    ranges = np.array([0.5, 1.0, 2.0, 4.0, 3.0, 5.0])
+    fields = six.decode(observation_of(tracks=people, ranges=ranges, layout=six))
+
+    assert six.names[4:7] == ("range_diagonal_left_m", "range_diagonal_right_m", "speed_mps")
+    assert fields.pop("range_diagonal_left_m") == 3.0
+    assert fields.pop("range_diagonal_right_m") == 4.0  # clipped
+    assert fields == decoded(tracks=people)
+    assert six.low[:6].tolist() == [0.0] * 6
+
+
+def test_layout_of_a_ring_of_ones_own_is_asked_for_by_the_ring() -> None:
+    ring = RangeSensor("ahead", 0.0), RangeSensor("behind", 3.0)
+
+    assert layout_of(np.zeros(10), ring).names[:3] == (
+        "range_ahead_m",
+        "range_behind_m",
+        LAYOUT.names[4],
+    )
+    assert layout_of(np.zeros(46), ring).has_people
+    with refused("12 ... allowed ... 10 ... sonar ... 2"):
+        layout_of(np.zeros(12), ring)
+
+
+@pytest.mark.parametrize("shape", [(12,), (7, 12), (14,), (48,), (2, 3, 48), (50,)])
 def test_layout_is_told_by_the_last_axis(shape: tuple[int, ...]) -> None:
     assert layout_of(np.zeros(shape)).width == shape[-1]
 
