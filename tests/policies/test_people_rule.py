@@ -86,22 +86,24 @@ def test_an_episode_begins_with_nobody_remembered() -> None:
 
 
 @pytest.mark.parametrize(
-    ("scenario", "tier", "outcome"),
+    ("scenario", "tier", "ring", "outcome"),
     [
-        ("E*", "sonar", "arrived"),
-        ("C*", "sonar", "arrived"),
-        ("C90", "tracks", "arrived"),
-        ("C90", "sonar", "contact_person"),  # at a bearing of 45 deg all the way
+        ("E*", "sonar", "paper", "arrived"),
+        ("C*", "sonar", "paper", "arrived"),
+        ("C90", "tracks", "paper", "arrived"),
+        ("C90", "sonar", "paper", "contact_person"),  # at a bearing of 45 deg all the way
+        ("C90", "sonar", "six", "arrived"),
+        ("E*", "sonar", "six", "arrived"),
     ],
 )
 def test_fuzzy_expert_on_sonar_misses_who_comes_in_the_blind_sector_alone(
-    scenario: str, tier: str, outcome: str
+    scenario: str, tier: str, ring: str, outcome: str
 ) -> None:
     (row,) = evaluate(
         "fuzzy_expert",
         "hazbot_gym/Corridor-v0",
         episodes=1,
-        overrides={"scenario": scenario, "tier": tier},
+        overrides={"scenario": scenario, "tier": tier, "sensors": {"ring": ring}},
     )
     assert row["outcome"] == outcome
 

@@ -217,12 +217,9 @@ def test_each_sensor_of_a_ring_adds_a_range_and_moves_the_rest() -> None:
 def test_layout_of_a_ring_of_ones_own_is_asked_for_by_the_ring() -> None:
     ring = RangeSensor("ahead", 0.0), RangeSensor("behind", 3.0)
 
-    assert layout_of(np.zeros(10), ring).names[:3] == (
-        "range_ahead_m",
-        "range_behind_m",
-        LAYOUT.names[4],
-    )
-    assert layout_of(np.zeros(46), ring).has_people
+    sonar, tracks = layout_of(np.zeros(10), ring), layout_of(np.zeros(46), ring)
+    assert sonar.names == ("range_ahead_m", "range_behind_m", *LAYOUT.names[4:12])
+    assert tracks.names[2:] == LAYOUT.names[4:]
     with refused("12 ... allowed ... 10 ... sonar ... 2"):
         layout_of(np.zeros(12), ring)
 
