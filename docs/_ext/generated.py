@@ -196,6 +196,8 @@ def _plain_type(annotation: ast.expr) -> str:
         return ", ".join([_plain_type(annotation.slice.elts[0]), *bounds])
     if isinstance(annotation, ast.Subscript) and ast.unparse(annotation.value) == "Literal":
         return ast.unparse(annotation.slice).strip("()").replace(", ", " | ")
+    if isinstance(annotation, ast.BinOp):
+        return f"{_plain_type(annotation.left)} | {_plain_type(annotation.right)}"
     return ast.unparse(annotation)
 
 

@@ -28,7 +28,7 @@ class RangeSensor(NamedTuple):
 
     name: str
     angle_rad: Annotated[float, Ge(-math.pi), Le(math.pi)]  # of its axis, left of the heading
-    half_cone_rad: Annotated[float, Gt(0), Le(1.0)] | None = None  # None: as of all sensors
+    half_cone_rad: Annotated[float, Gt(0), Le(1.0)] | None = None  # None: ultrasonic.half_cone_rad
 
 
 Sensors = tuple[RangeSensor, ...]

@@ -14,6 +14,7 @@ PAGES = (
     "docs/quickstart.md",
     "docs/own_policy.md",
     "docs/own_reward.md",
+    "docs/sensor_ring.md",
     "docs/curriculum.md",
     "docs/robot.md",
     "docs/clients.md",
