@@ -36,7 +36,7 @@ def test_two_more_look_into_the_blind_sectors() -> None:
         (PAPER, [1, 0, 3, 2]),
         (SIX, [1, 0, 3, 2, 5, 4]),
         ((RangeSensor("alone", 1.0),), [0]),
-        ((RangeSensor("a", 3.0), RangeSensor("b", 0.1), RangeSensor("c", 3.1)), [2, 0, 0]),
+        ((RangeSensor("a", 3.0), RangeSensor("b", 0.1), RangeSensor("c", 3.1)), [2, 2, 0]),
     ],
 )
 def test_cross_talk_comes_from_the_other_side(sensors: Sensors, mirrors: list[int]) -> None:
