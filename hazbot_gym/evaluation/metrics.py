@@ -4,7 +4,7 @@ Formulas and sources are in the docstrings. Symbols: time step dt, robot speed v
 a = dv/dt, jerk j = da/dt, clearance c_i (surface to surface) and centre distance d_i of person i,
 time T, free time T_free. Sums run over the decision instants after the start, the last included.
 
-These are proxies of safety and comfort; no human ratings were collected.
+These are proxies of safety and comfort; nobody rated these drives.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Sweep parameter of each family of rules, and its values.
 
-A rule trades time against intrusion, and its sweep parameter sets the trade-off. One value gives
+A rule trades delay against discomfort, and its sweep parameter sets the trade-off. One value gives
 one point; families are compared over all values.
 """
 

@@ -8,6 +8,8 @@ from hazbot_gym.study.results import Difference, Interval, SetResults
 from hazbot_gym.study.summary import COMPARED
 from hazbot_gym.study.terminal_tables import COLUMNS, Column
 
+# Terminal columns in the first table; the other one is in the full tables.
+HEADLINE = tuple(column for column in COLUMNS if column.metric != "contact_person_caused")
 # Columns of the tables; the last one is in the differences, where a ratio of sums has no pairs.
 KNOWN = {
     column.metric: column
@@ -45,7 +47,7 @@ class Table(NamedTuple):
 
 def headline(block: SetResults, policies: tuple[str, ...]) -> Table:
     """Return the table of headline metrics, one row per policy."""
-    columns = COLUMNS
+    columns = HEADLINE
     best = {column.metric: _best(block, column) for column in columns}
     lines = [
         Line(

@@ -22,11 +22,11 @@ def result(value: float | None) -> dict[str, Any]:
 
 def test_the_headline_shows_percent_and_interval_and_marks_the_best() -> None:
     table = tables.headline({"a": result(0.5), "b": result(0.25)}, ("a", "b"))
-    assert table.head[7] == "arrived %"
+    assert table.head[6] == "arrived %"
     a, b = table.lines
-    assert a.cells[7] == ("50.0", "25.0 to 75.0", True)  # more arrive
-    assert b.cells[7] == ("25.0", "0.0 to 50.0", False)
-    assert [cell.is_best for cell in b.cells[:7]] == [True] * 7  # less of all the rest
+    assert a.cells[6] == ("50.0", "25.0 to 75.0", True)  # more arrive
+    assert b.cells[6] == ("25.0", "0.0 to 50.0", False)
+    assert [cell.is_best for cell in b.cells[:6]] == [True] * 6  # less of all the rest
     assert a.cells[-1].is_best  # a larger return
 
 
