@@ -160,9 +160,9 @@ def _environment(env: str, overrides: dict[str, object]) -> Config:
     config, _ = rollout.resolve(ScenarioSet(name=env, env=env, overrides=overrides))
     ring = config.sensors.ring
     if layout_in(config).width not in KNOWN:
+        known = " or ".join(f"{len(sensors)} ({name!r})" for name, sensors in RINGS.items())
         raise InvalidInput(
-            f"sensors.ring: given a ring of {len(ring)} sensors, allowed for a trained policy are "
-            f"those as large as {', '.join(RINGS)}"
+            f"sensors.ring: given a list of {len(ring)}, allowed for training are {known} sensors"
         )
     return config
 

@@ -11,7 +11,7 @@ import pytest
 
 from hazbot_gym.evaluation.episode import X, Y
 from hazbot_gym.study import replay_records
-from hazbot_gym.study.replay_records import Replay, Replays, from_rows, rows_of
+from hazbot_gym.study.replay_records import Replay, Replays, Sonar, from_rows, rows_of
 from hazbot_gym.study.report import maps, page, player
 
 
@@ -53,6 +53,21 @@ def test_what_is_written_is_read(study: page.Study, replays: list[Replay]) -> No
         np.testing.assert_array_equal(found.runs[name].earned, run.earned)
         np.testing.assert_array_equal(found.runs[name].contact, run.contact)
         assert found.runs[name].outcome == run.outcome
+
+
+def test_a_ring_of_any_size_is_read_and_packed(replays: list[Replay]) -> None:
+    angles = np.linspace(-1.0, 1.0, 7)
+    sonar = Sonar(0.3, 4.0, angles, 0.2 + 0.1 * angles)
+    run = replays[0].runs["fuzzy_expert"]
+    ranges_m = np.arange(7 * (len(run.time_s) - 1)).reshape(-1, 7) % 400 / 100.0
+    kept = replays[0]._replace(sonar=sonar, runs={"a": run._replace(ranges_m=ranges_m)})
+    (again,) = from_rows(pd.DataFrame(list(rows_of(Replays({"x": [kept]}, {}))))).chosen["x"]
+    assert again.sonar.axes_rad == pytest.approx(sonar.axes_rad, abs=1e-6)
+    assert again.sonar.half_cones_rad == pytest.approx(sonar.half_cones_rad, abs=1e-6)
+    np.testing.assert_array_equal(again.runs["a"].ranges_m, ranges_m)
+    content = json.loads(zlib.decompress(base64.b64decode(player.pack({"x": [again]}))))
+    (packed,) = content["sets"]["x"]
+    assert len(packed["runs"]["a"]["sonar"]) == len(packed["sonar"]["half_cones"]) == 7
 
 
 def test_a_drive_without_people_is_read_as_one(replays: list[Replay]) -> None:
