@@ -13,12 +13,15 @@ from hazbot_gym.calibration import discomfort_report, encounters_report
 from hazbot_gym.calibration import report as calibration
 from hazbot_gym.core.proxemics import INTIMATE_M, PERSONAL_M
 from hazbot_gym.evaluation.oracle import headroom_report as headroom
+from hazbot_gym.evaluation.oracle.headroom import EXPERT_AT_MOST, RULE_AT_MOST
 from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.text_tables import Rows, shown
 
 Record = JsonObject
 
-ROOM = ("environment", "room", "left by")
+EXACT = "benchmarks/headroom_exact.json"  # headroom with scripted people
+DEPTH = "benchmarks/headroom_depth.json"  # the same with the reward of the first version
+POWER = 0.20  # least share of contacts at full speed
 
 
 def performance(template: str, record: Record, *, name: str) -> str:
@@ -140,31 +143,49 @@ def _on(record: Record, *, side: bool) -> list[Record]:
     return [row for row in record["groups"] if row["fitted_on"] == side]
 
 
-def headroom_by_environment(template: str, record: Record, *, name: str) -> str:
-    """Return the page on headroom; arguments as for ``performance``."""
-    wide = [
-        env for env, found in record["environments"].items() if found["room"] >= record["enough"]
-    ]
-    narrow = [env for env in record["environments"] if env not in wide]
+def headroom_by_environment(
+    template: str, record: Record, *, name: str, exact: Record, depth: Record
+) -> str:
+    """Return the page on headroom; arguments as for ``performance``.
+
+    Args:
+        template: With ``$`` placeholders.
+        record: Of ``hazbot headroom --json``.
+        name: Of its file, from the root of the repository.
+        exact: Of ``hazbot headroom --scripted --json``.
+        depth: The same with the reward of the first version.
+    """
+    found = record["environments"]
+    wide = [env for env in found if headroom.has_room(found[env])]
     return Template(template).substitute(
         record=name,
+        exact_record=EXACT,
+        depth_record=DEPTH,
         episodes=record["episodes"],
-        enough=headroom.percent(record["enough"]),
+        tuning=record["tuning"],
+        rounds=record["search"]["rounds"],
+        worlds=record["search"]["worlds"],
+        expert_at_most=headroom.percent(EXPERT_AT_MOST),
+        rule_at_most=headroom.percent(RULE_AT_MOST),
         wide=_names(wide),
-        narrow=_names(narrow),
-        rooms=table(ROOM, room_rows(record)),
-        families=table(headroom.TITLES, headroom.family_rows(record)),
+        narrow=_names([env for env in found if env not in wide]),
+        powerless=_names([env for env in found if found[env]["full_speed_contacts"] < POWER]),
+        rooms=table(headroom.ROOM, headroom.room_rows(record)),
+        units=table(headroom.UNITS, headroom.unit_rows(record)),
+        rules=table(headroom.RULES, headroom.rule_rows(record)),
+        speeds=table(headroom.SPEEDS, headroom.speed_rows(record)),
+        exact_episodes=exact["episodes"],
+        exact_speeds=table(("environment, reward", *headroom.SPEEDS[1:]), _both(depth, exact)),
     )
 
 
-def room_rows(record: Record) -> Rows:
-    """Return the headroom of every environment, and the best rule."""
-    rows: Rows = []
-    for env, found in record["environments"].items():
-        rules = {name: row for name, row in found["families"].items() if name != "fuzzy_expert"}
-        best = max(rules.values(), key=lambda row: row["share"])
-        rows.append((f"`{env}`", headroom.percent(found["room"]), f"`{best['policy']}`"))
-    return rows
+def _both(depth: Record, exact: Record) -> Rows:
+    """Return the speeds of the optimum under both rewards."""
+    return [
+        (f"`{env}`, {reward}", *map(headroom.percent, record["environments"][env]["speeds"]))
+        for env in exact["environments"]
+        for reward, record in (("depth x v", depth), ("discomfort x v²", exact))
+    ]
 
 
 def _names(names: list[str]) -> str:

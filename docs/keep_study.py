@@ -1,6 +1,8 @@
-"""Keep studies for docs/study.md: ``python docs/keep_study.py tracks=DIR sonar=DIR``.
+"""Keep a study for the documentation: ``python docs/keep_study.py shipped=DIR``.
 
-Parts are tracks, sonar, observations, contacts and people; those not given stay as they are.
+``shipped`` is the study of the shipped policy on the present environments. The parts tracks, sonar,
+observations, contacts and people are the study of the first version (docs/study.md), until it is
+run again. Parts not given stay as they are.
 """
 
 from __future__ import annotations
@@ -51,6 +53,7 @@ PARTS = {
     "observations": kept,
     "contacts": kept_small,
     "people": kept_small,
+    "shipped": kept_small,
 }
 
 if __name__ == "__main__":

@@ -22,15 +22,15 @@ IMAGES = Path(__file__).parent / "images"
 
 # Environment, seed and decision of each picture.
 PICTURES = {
-    "corridor.png": ("hazbot_gym/Corridor-v0", 3, 142),
-    "intersection.png": ("hazbot_gym/Intersection-v0", 47, 129),
-    "doorway.png": ("hazbot_gym/Doorway-v0", 33, 62),
-    "aisle.png": ("hazbot_gym/Aisle-v0", 9, 171),
-    "circle.png": ("hazbot_gym/Circle-v0", 12, 100),
+    "corridor.png": ("hazbot_gym/Corridor-v1", 3, 142),
+    "intersection.png": ("hazbot_gym/Intersection-v1", 47, 129),
+    "doorway.png": ("hazbot_gym/Doorway-v1", 33, 62),
+    "aisle.png": ("hazbot_gym/Aisle-v1", 9, 171),
+    "circle.png": ("hazbot_gym/Circle-v1", 12, 100),
 }
 
 # The animation of the README: the same scenario under three policies, one below the other.
-COMPARISON, COMPARED_IN = "comparison.gif", ("hazbot_gym/Intersection-v0", 2)
+COMPARISON, COMPARED_IN = "comparison.gif", ("hazbot_gym/Intersection-v1", 2)
 COMPARED = ("constant:1.0", "fuzzy_expert", "ppo")
 EVERY = 4  # decisions from picture to picture
 PICTURES_PER_S = 9

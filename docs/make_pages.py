@@ -48,7 +48,12 @@ STUDY = RECORDS / "study.json"
 CALIBRATION = RECORDS / "calibration.json"
 PAGES = (
     Page("performance", benchmark_pages.performance, RECORDS / "bench.json"),
-    Page("headroom", benchmark_pages.headroom_by_environment, RECORDS / "headroom.json"),
+    Page(
+        "headroom",
+        benchmark_pages.headroom_by_environment,
+        RECORDS / "headroom.json",
+        {"exact": ROOT / benchmark_pages.EXACT, "depth": ROOT / benchmark_pages.DEPTH},
+    ),
     Page("people", benchmark_pages.people, CALIBRATION),
     Page("discomfort", benchmark_pages.discomfort, RECORDS / "discomfort.json"),
     Page("encounters", benchmark_pages.encounters, RECORDS / "encounters.json"),
@@ -67,9 +72,10 @@ def tables() -> dict[Path, str]:
     """Return the tables in CSV that pages offer, by path."""
     study, paper = read_json(STUDY), read_json(PAPER)
     found: dict[str, str] = {
-        f"study-{part}": study_report.csv_of(study[part]["together"])
+        f"study-v0-{part}": study_report.csv_of(study[part]["together"])
         for part in ("tracks", "sonar", "observations")
     }
+    found["study-shipped"] = study_report.csv_of(study["shipped"]["sets"])
     found |= {"paper-lines": paper_page.csv_of_lines(paper)}
     found |= {"paper-numbers": paper_page.csv_of_numbers(paper)}
     return {TABLES / f"{name}.csv": text for name, text in found.items()}
@@ -79,8 +85,8 @@ def readme() -> str:
     """Return the README with its table and its speeds as the records have them."""
     text = README.read_text(encoding="utf-8")
     study = read_json(STUDY)
-    recorded = textwrap.fill(study_report.recorded_people(study), WIDTH)
-    text = _filled(text, "study", f"{study_report.readme_table(study)}\n\n{recorded}")
+    gain = textwrap.fill(study_report.shipped_gain(study), WIDTH)
+    text = _filled(text, "study", f"{study_report.shipped_table(study)}\n\n{gain}")
     bench: dict[str, Any] = read_json(RECORDS / "bench.json")
     return _filled(text, "speed", benchmark_pages.readme_speed(bench))
 

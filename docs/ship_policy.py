@@ -1,7 +1,7 @@
-"""Ship a run of the study: ``python docs/ship_policy.py TIER RUN``, the tier tracks or sonar.
+"""Ship a training run: ``python docs/ship_policy.py TIER RUN``, the tier tracks or sonar.
 
-The run is the one of the study's first learner that was best on validation; what the learner
-reached in the study (``benchmarks/study.json``) goes onto the card.
+When the study of the shipped policy has been kept (``benchmarks/study.json``, part ``shipped``),
+``python docs/ship_policy.py tracks`` puts what the policy reached in it onto its card.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from pathlib import Path
 
 from hazbot_gym.policies.actor_file import Trained, read
 from hazbot_gym.policies.learned import SHIPPED
+from hazbot_gym.study.headline import TEST
 from hazbot_gym.training.export import export_actor
 from hazbot_gym.training.run_folder import POLICY
 from hazbot_gym.utils.files import read_json
@@ -18,20 +19,27 @@ from hazbot_gym.utils.files import read_json
 RECORD = Path(__file__).parents[1] / "benchmarks" / "study.json"
 
 
-def on_card(tier: str) -> dict[str, str]:
-    """Return what the tier's first learner reached on the test scenarios."""
-    found = read_json(RECORD)[tier]
-    learner = found["learners"][0]
-    block = found["together"]["test"][learner]
+def on_card() -> dict[str, str]:
+    """Return what the shipped policy of the tier tracks reached on the test scenarios."""
+    block = read_json(RECORD)["shipped"]["sets"][TEST]["ppo"]
     metrics = {
         name: "{mean:.4g} ({low:.4g} to {high:.4g})".format(**estimate)
         for name, estimate in block["metrics"].items()
     }
-    return {"learner": learner, "training_seeds": str(block["training_seeds"]), **metrics}
+    return {"scenarios": str(block["episodes"]), **metrics}
+
+
+def ship(tier: str, run: Path | None) -> None:
+    """Ship the policy of a run, or, without one, put the study's results onto the card."""
+    shipped = SHIPPED / f"ppo_{tier}.npz"
+    actor, about = read(run / POLICY if run else shipped)
+    if run is None:
+        if tier != "tracks":
+            raise SystemExit(f"{tier}: the study of the shipped policy is of the tier tracks alone")
+        about["study"] = on_card()
+    export_actor(Trained(actor, about), shipped, overwrite=True)
 
 
 if __name__ == "__main__":
-    tier, run = sys.argv[1], Path(sys.argv[2])
-    actor, about = read(run / POLICY)
-    about["study"] = on_card(tier)
-    export_actor(Trained(actor, about), SHIPPED / f"ppo_{tier}.npz", overwrite=True)
+    tier, *runs = sys.argv[1:]
+    ship(tier, Path(runs[0]) if runs else None)

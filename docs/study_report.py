@@ -1,9 +1,9 @@
-"""The full study as a page of the documentation, and its headline for the README."""
+"""The studies as pages of the documentation, and the headline for the README."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from string import Template
 from typing import Any
 
@@ -50,7 +50,7 @@ OLD_ELSEWHERE = (
     ("kinetic_intrusion_m2", "kinetic intrusion, m²", 3),
     ("contact_robot_caused", "contacts by robot, %", 2),
 )
-README_POLICIES = (  # the reference, the best tuned rules, learning on a rule and from nothing
+FIRST_POLICIES = (  # the reference, the best tuned rules, learning on a rule and from nothing
     "fuzzy_expert",
     "fuzzy_expert, tuned",
     "ssm, tuned",
@@ -58,15 +58,17 @@ README_POLICIES = (  # the reference, the best tuned rules, learning on a rule a
     "residual ppo on ssm",
     "ppo from nothing",
 )
-NOT_IN_README = ("arrived", "discomfort_s", "rms_jerk_mps3")
+NOT_IN_FIRST = ("arrived", "discomfort_s", "rms_jerk_mps3")
+SHIPPED_HEADLINE = tuple(column for column in HEADLINE if column[0] != "discomfort_s")
 DIRECTIONAL = "ssm:mode=directional"
 SHIPPED = "ppo"
+BASE = "ssm:mode=strict"  # beginning of the rule that the shipped policy corrects
 RECORDED = {"replay": "replayed", "seeded": "reactive"}  # people of each set
 
 
 def page(template: str, record: Record, *, name: str) -> str:
     """Return the page on the study: a template with its placeholders filled in."""
-    filled = {"record": name, "answer": readme_table(record), "recorded": recorded_people(record)}
+    filled = {"record": name, "answer": first_table(record), "recorded": recorded_people(record)}
     for study in ("tracks", "sonar", "observations"):
         filled |= {f"{study}_{part}": text for part, text in _parts(record[study]).items()}
     filled["tracks_targets"] = _targets(tracks_targets(record["tracks"]))
@@ -76,20 +78,39 @@ def page(template: str, record: Record, *, name: str) -> str:
     return Template(template).substitute(filled)
 
 
-def readme_table(record: Record) -> str:
-    """Return the headline for the README: the tracks tier on the test scenarios."""
-    found = record["tracks"]
-    columns = [each for each in _columns(found) if each[0] not in NOT_IN_README]
-    scenarios = scenarios_of(found["together"][TEST])
-    note = f"\nMeans over {scenarios} test scenarios, from `make study-full`."
-    table = markdown_table(
-        ("policy", *(title for _, title, _ in columns)),
-        [
-            (f"`{policy}`", *_cells(found["together"][TEST][policy], columns, with_interval=False))
-            for policy in README_POLICIES
-        ],
+def shipped_table(record: Record) -> str:
+    """Return the headline for the README: the shipped policy and rules on the test scenarios."""
+    sets = record["shipped"]["sets"]
+    environments = sum(name.startswith(f"{TEST}/") for name in sets)
+    note = (
+        f"\nMeans over {scenarios_of(sets[TEST])} test scenarios in {environments} environments, "
+        "from `configs/study_shipped.yaml`."
     )
-    return f"{table}\n{note}"
+    return f"{_means(sets[TEST], tuple(sets[TEST]), SHIPPED_HEADLINE)}\n{note}"
+
+
+def shipped_gain(record: Record) -> str:
+    """Return the gain of the shipped policy over the fuzzy expert and its base rule, as text."""
+    block = record["shipped"]["sets"][TEST]
+    gain = block[SHIPPED]["return_gain"]
+    base = next(policy for policy in block if policy.startswith(BASE))
+    returns = {policy: found["metrics"]["return"]["mean"] for policy, found in block.items()}
+    higher = [f"`{policy}`" for policy in returns if returns[policy] > returns[SHIPPED]]
+    return (
+        f"**In the test scenarios, the shipped `{SHIPPED}` {_verdict([gain])} the fuzzy expert**: "
+        f"the paired difference in return is {_estimate(gain, 1)}. For its base rule, `{base}`, "
+        f"it is {_estimate(block[base]['return_gain'], 1)}. Higher mean return than `{SHIPPED}`: "
+        f"{', '.join(higher) or 'none'}."
+    )
+
+
+def first_table(record: Record) -> str:
+    """Return the headline of the first study: the tracks tier on its test scenarios."""
+    found = record["tracks"]
+    columns = [each for each in _columns(found) if each[0] not in NOT_IN_FIRST]
+    block = found["together"][TEST]
+    note = f"\nMeans over {scenarios_of(block)} test scenarios."
+    return f"{_means(block, FIRST_POLICIES, columns)}\n{note}"
 
 
 def recorded_people(record: Record) -> str:
@@ -98,18 +119,13 @@ def recorded_people(record: Record) -> str:
     gains = {
         name: people["sets"][f"real people, {name}"][SHIPPED]["return_gain"] for name in RECORDED
     }
-    if all(gain["high"] < 0.0 for gain in gains.values()):
-        verdict = "earns less than"
-    elif all(gain["low"] > 0.0 for gain in gains.values()):
-        verdict = "earns more than"
-    else:
-        verdict = "does not clearly earn more than"
+    verdict = _verdict(gains.values())
     shown_gains = " and ".join(
         f"{_estimate(gains[name], 1)} with {what}" for name, what in RECORDED.items()
     )
     return (
-        f"**Among people recorded in real corridors, the shipped `{SHIPPED}` {verdict} its base "
-        f"rule**: the paired difference in return to `{people['reference']}` is {shown_gains} "
+        f"**Among people recorded in real corridors, `{SHIPPED}` {verdict} its base rule**: "
+        f"the paired difference in return to `{people['reference']}` is {shown_gains} "
         "people."
     )
 
@@ -124,6 +140,25 @@ def csv_of(sets: Record) -> str:
             for name, policies in sets.items()
             for policy, found in policies.items()
             for metric, estimate in found["metrics"].items()
+        ],
+    )
+
+
+def _verdict(gains: Collection[Mapping[str, float]]) -> str:
+    """Return how paired differences in return compare with zero, by their intervals."""
+    if all((gain["high"] or 0.0) < 0.0 for gain in gains):
+        return "earns less than"
+    if all((gain["low"] or 0.0) > 0.0 for gain in gains):
+        return "earns more than"
+    return "does not clearly earn more than"
+
+
+def _means(block: Record, policies: Sequence[str], columns: Sequence[Column]) -> str:
+    return markdown_table(
+        ("policy", *(title for _, title, _ in columns)),
+        [
+            (f"`{policy}`", *_cells(block[policy], columns, with_interval=False))
+            for policy in policies
         ],
     )
 

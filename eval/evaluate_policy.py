@@ -6,7 +6,7 @@ from hazbot_gym import evaluate, means
 
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("--policy", default="fuzzy_expert")
-parser.add_argument("--env", default="hazbot_gym/Crossing-v0")
+parser.add_argument("--env", default="hazbot_gym/Crossing-v1")
 parser.add_argument("--episodes", type=int, default=20)
 parser.add_argument("--seed", type=int, default=0)
 arguments = parser.parse_args()

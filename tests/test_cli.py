@@ -53,7 +53,7 @@ def python(*arguments: str) -> subprocess.CompletedProcess[str]:
         ("eval --policy constant:speed=0.5", "speed"),
         ("eval --policy no_such_module:Policy", "no_such_module"),
         ("eval --policy constant --env CartPole-v1", "CartPole-v1"),
-        ("eval --policy constant --env hazbot_gym/Nowhere-v0", "Nowhere"),
+        ("eval --policy constant --env hazbot_gym/Nowhere-v1", "Nowhere"),
         ("eval --policy constant --scenario E9", "E9"),
         ("eval --policy constant --episodes 0", "episodes"),
         ("eval --policy constant --seed -1", "seed"),
@@ -62,7 +62,7 @@ def python(*arguments: str) -> subprocess.CompletedProcess[str]:
         ("eval --policy constant --set people.cuont=3", "cuont"),
         ("eval --policy constant --set tier", "tier"),
         ("eval --policy constant --set place=nowhere", "nowhere"),
-        ("eval --policy constant --env hazbot_gym/Replay-v0 --set tracks=/no/such", "/no/such"),
+        ("eval --policy constant --env hazbot_gym/Replay-v1 --set tracks=/no/such", "/no/such"),
         ("eval --policy learned:nowhere.npz", "nowhere.npz"),
         ("eval --policy learned:nowhere.zip", "--allow-pickle"),
         ("eval --policy learned:nowhere.zip --allow-pickle", "Stable-Baselines3"),
@@ -160,13 +160,13 @@ def test_a_foreign_output_folder_is_left_alone(empty_folder: Path) -> None:
 
 
 def test_eval_prints_json_and_nothing_else(empty_folder: Path) -> None:
-    options = "--env hazbot_gym/Crossing-v0 --episodes 2 --seed 3 --json"
+    options = "--env hazbot_gym/Crossing-v1 --episodes 2 --seed 3 --json"
     result = hazbot("eval", "--policy", "constant:0.5", *options.split())
     assert result.exit_code == 0, result.output
     found = json.loads(result.stdout)
     assert list(found) == ["policy", "env", "episodes", "seed", "metrics"]
     assert (found["policy"], found["episodes"], found["seed"]) == ("constant:0.5", 2, 3)
-    assert found["env"] == "hazbot_gym/Crossing-v0"
+    assert found["env"] == "hazbot_gym/Crossing-v1"
     assert set(found["metrics"]) == METRICS
     assert all(isinstance(value, float) for value in found["metrics"].values())
     assert list(empty_folder.iterdir()) == []
@@ -200,13 +200,13 @@ def test_eval_shows_a_table_for_people() -> None:
     options = ("--episodes", "1", "--set", "people.count=[0, 0]")
     result = hazbot("eval", "--policy", "constant", *options)
     assert result.exit_code == 0, result.output
-    assert "hazbot_gym/Corridor-v0" in result.stdout
+    assert "hazbot_gym/Corridor-v1" in result.stdout
 
 
 def test_list_shows_environments_scenarios_the_bank_and_policies() -> None:
     result = hazbot("list")
     assert result.exit_code == 0
-    names = ("hazbot_gym/Corridor-v0", "hazbot_gym/Replay-v0", "E5.5", "bank:ood/dense", "ssm")
+    names = ("hazbot_gym/Corridor-v1", "hazbot_gym/Replay-v1", "E5.5", "bank:ood/dense", "ssm")
     for shown in (*names, "(2.750, 4.763) m"):
         assert shown in result.stdout
 
@@ -238,8 +238,8 @@ def test_names_with_brackets_and_letters_of_other_scripts_go_through_a_study(
 ) -> None:
     (empty_folder / "tiny.yaml").write_text(
         "policies: ['constant:1.0', 'constant:0.5']\nepisodes: 1\nresamples: 100\nsets:\n"
-        "- {name: '[/x]', env: hazbot_gym/Corridor-v0, overrides: {people: {count: [0, 0]}}}\n"
-        "- {name: '火 [bold]', env: hazbot_gym/Crossing-v0}\n"
+        "- {name: '[/x]', env: hazbot_gym/Corridor-v1, overrides: {people: {count: [0, 0]}}}\n"
+        "- {name: '火 [bold]', env: hazbot_gym/Crossing-v1}\n"
     )
     arguments = ["study", "--config", "tiny.yaml", "--verbose", "--workers", "1"]
     done = subprocess.run(

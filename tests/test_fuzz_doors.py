@@ -43,7 +43,7 @@ ODD_VALUES: tuple[Any, ...] = (
     *(1e-9, 1e308, -1e308, float("nan"), float("inf"), float("-inf")),
     *("", " ", "yes", "5", "1e-3", "abc", "nan", "..", "../x", "/", "/dev/null", "no/such.yaml"),
     *("a b", "[/x]", "é", "日本", "\x00", "\ud800".encode("utf-8", "replace").decode(), "x" * 5000),
-    *("hazbot_gym/Corridor-v0", "constant", "learned:path=e.zip,allow_pickle=true", "os:system"),
+    *("hazbot_gym/Corridor-v1", "constant", "learned:path=e.zip,allow_pickle=true", "os:system"),
     *([], [None], [1, 2], [[0, 0], [1, 1]], ["constant"], {}, {"a": 1}, {"": {}}, {"name": "x"}),
 )
 
@@ -72,7 +72,7 @@ STUDY = {
     "tuned": ["ttc"],
     "sets": [
         "E*",
-        {"name": "mine", "env": "hazbot_gym/Corridor-v0", "overrides": {"tier": "sonar"}},
+        {"name": "mine", "env": "hazbot_gym/Corridor-v1", "overrides": {"tier": "sonar"}},
     ],
     "learners": [{"name": "ppo", "config": str(CONFIGS / "ppo.yaml"), "seeds": 2}],
     "fronts": {"sets": ["E*"], "families": ["ttc"], "corner": [2.0, 0.1]},
@@ -83,7 +83,7 @@ STUDY = {
 }
 TRAINING = {
     "algorithm": "ppo",
-    "env": ["hazbot_gym/Corridor-v0"],
+    "env": ["hazbot_gym/Corridor-v1"],
     "overrides": {"people": {"count": [1, 2]}},
     "worlds": 8,
     "steps": 1000,

@@ -15,7 +15,7 @@ import pytest
 CHECKOUT = Path(__file__).parent.parent
 ONE_EPISODE = """
 import gymnasium, hazbot_gym
-env = gymnasium.make("hazbot_gym/Corridor-v0", max_episode_steps=3)
+env = gymnasium.make("hazbot_gym/Corridor-v1", max_episode_steps=3)
 env.reset(seed=0)
 ended = False
 while not ended:
@@ -75,7 +75,7 @@ def test_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
 
 
 def test_installed_wheel_lists_environments(bin_folder: Path, tmp_path: Path) -> None:
-    assert "hazbot_gym/Corridor-v0" in run(bin_folder / "hazbot", "list", cwd=tmp_path)
+    assert "hazbot_gym/Corridor-v1" in run(bin_folder / "hazbot", "list", cwd=tmp_path)
 
 
 def test_installed_wheel_runs_an_episode(bin_folder: Path, tmp_path: Path) -> None:

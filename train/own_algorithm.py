@@ -28,7 +28,7 @@ arguments = parser.parse_args()
 
 shape = (arguments.actors, arguments.worlds_each)
 envs = gymnasium.make_vec(
-    "hazbot_gym/Corridor-v0",
+    "hazbot_gym/Corridor-v1",
     num_envs=arguments.actors * arguments.worlds_each,
     vectorization_mode="vector_entry_point",
 )
@@ -58,5 +58,5 @@ export_actor(
     describe(actor, algorithm="cross-entropy method", tier="tracks", training=training),
     arguments.out,
 )
-found = means(evaluate(f"learned:{arguments.out}", "hazbot_gym/Corridor-v0", episodes=20))
+found = means(evaluate(f"learned:{arguments.out}", "hazbot_gym/Corridor-v1", episodes=20))
 print(f"saved to {arguments.out}, return {found['return']:.1f}")

@@ -33,5 +33,5 @@ model.learn(arguments.steps)
 
 training = {"script": "train_sac.py", "steps": arguments.steps, "seed": arguments.seed}
 export_model(model, arguments.out, tier="tracks", normalize=envs, training=training)
-found = means(evaluate(f"learned:{arguments.out}", "hazbot_gym/Corridor-v0", episodes=20))
+found = means(evaluate(f"learned:{arguments.out}", "hazbot_gym/Corridor-v1", episodes=20))
 print(f"saved to {arguments.out}, return {found['return']:.1f}")

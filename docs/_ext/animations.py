@@ -18,7 +18,7 @@ from hazbot_gym.envs.registration import ENVIRONMENTS, full_id
 from hazbot_gym.utils import provenance
 
 FOLDER = "_animations"
-SEEDS = {"Corridor-v0": 3, "Intersection-v0": 47, "Doorway-v0": 33, "Aisle-v0": 9, "Circle-v0": 12}
+SEEDS = {"Corridor-v1": 3, "Intersection-v1": 47, "Doorway-v1": 33, "Aisle-v1": 9, "Circle-v1": 12}
 SEED = 3  # of environments that are not named above
 BEFORE, AFTER = 60, 36  # decisions around the one at which a person is nearest
 EVERY, SHOWN_MS = 2, 100  # decisions a picture, and how long it is shown: twice real time

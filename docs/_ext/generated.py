@@ -23,6 +23,7 @@ from sphinx.application import Sphinx
 
 from hazbot_gym.cli import app as commands
 from hazbot_gym.config import SCENARIOS, Config, RewardWeights, make_config
+from hazbot_gym.core.state import REACTION_NAMES
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.registration import ENVIRONMENTS, full_id
 from hazbot_gym.policies.base import REGISTER
@@ -55,6 +56,8 @@ def environment_sections() -> str:
             ("walking pattern of the first person", f"`{config.people.family}`"),
             ("horizon", f"{config.max_episode_steps} decisions of {config.clock.decision_s:g} s"),
         ]
+        if config.people.model == "social_force":
+            rows.insert(3, ("people who do not yield", _unyielding(config)))
         table = "\n".join(f"| {what} | {value} |" for what, value in rows)
         sections.append(
             f"({_anchor(name)})=\n### {name}\n\n{sentence}\n\n| | |\n|---|---|\n{table}\n\n"
@@ -71,6 +74,11 @@ def hazbot_config(preset: Mapping[str, Any]) -> Config:
 def _count(config: Config) -> str:
     low, high = config.people.count
     return f"{low} to {high}" if low != high else str(low)
+
+
+def _unyielding(config: Config) -> str:
+    shares = config.people.reaction_shares
+    return f"{shares[REACTION_NAMES.index('blind')] / sum(shares):.0%}".replace("%", " %")
 
 
 def _anchor(name: str) -> str:
@@ -109,14 +117,14 @@ def scenario_list() -> str:
     return ", ".join(f"`{name}`" for name in SCENARIOS)
 
 
-def study_table() -> str:
-    """Return the headline of the study, as the README has it."""
-    return study_report.readme_table(read_json(results.RECORDS / "study.json"))
+def shipped_table() -> str:
+    """Return the headline of the study of the shipped policy, as the README has it."""
+    return study_report.shipped_table(read_json(results.RECORDS / "study.json"))
 
 
-def recorded_people() -> str:
-    """Return the result among recorded people, as the README has it."""
-    return study_report.recorded_people(read_json(results.RECORDS / "study.json"))
+def shipped_gain() -> str:
+    """Return the gain of the shipped policy, as the README has it."""
+    return study_report.shipped_gain(read_json(results.RECORDS / "study.json"))
 
 
 def results_figure(name: str, *words: str) -> str:
@@ -257,8 +265,8 @@ MAKERS: dict[str, Callable[..., str]] = {
         observation_table,
         reward_table,
         scenario_list,
-        study_table,
-        recorded_people,
+        shipped_table,
+        shipped_gain,
         results_figure,
         policy_table,
         policy_classes,

@@ -113,6 +113,25 @@ def trade_off(study: dict[str, Any], shade: int) -> Figure:
     return figure
 
 
+def shipped(study: dict[str, Any], shade: int) -> Figure:
+    """Draw delay against discomfort of the shipped policy and of rules, with their intervals."""
+    title_x, title_y = (f"{title} (less is better)" for title in AXES.values())
+    figure, axes = _axes(title_x, title_y)
+    for policy, found in study["sets"]["test"].items():
+        kind = CORRECTED if policy == "ppo" else RULES
+        x, y = (found["metrics"][name] for name in AXES)
+        axes.errorbar(
+            x["mean"], y["mean"], fmt=MARKS[kind], color=HUES[kind][shade], elinewidth=1,
+            xerr=[[x["mean"] - x["low"]], [x["high"] - x["mean"]]],
+            yerr=[[y["mean"] - y["low"]], [y["high"] - y["mean"]]],
+        )  # fmt: skip
+        axes.annotate(
+            policy, (x["mean"], y["mean"]), fontsize=8, xytext=(6, 5), textcoords="offset points"
+        )
+    axes.margins(x=0.15)
+    return figure
+
+
 def elsewhere(study: dict[str, Any], shade: int) -> Figure:
     """Draw the return of four policies in the test scenarios and in all others."""
     figure, axes = _axes("return (more is better)", "", 4.6)
@@ -176,7 +195,7 @@ def encounters(record: dict[str, Any], shade: int) -> Figure:
     """Draw the closest distance of recorded and model people in encounters that were held out."""
     figure, axes = _axes("closest distance between centers, p10 to p90 and median, m", "")
     groups = [row for row in record["groups"] if not row["fitted_on"]]
-    sides = {"recorded": "recorded", "model": "fitted model", "shipped": "as shipped"}
+    sides = {"recorded": "recorded", "model": "fitted model", "published": "published constants"}
     for place, (hue, (side, label)) in enumerate(zip(HUES, sides.items(), strict=False)):
         y = [k + 0.24 * (place - 1) for k in range(len(groups))]
         low, middle, high = zip(*(row[side][:3] for row in groups), strict=True)
@@ -191,6 +210,7 @@ def encounters(record: dict[str, Any], shade: int) -> Figure:
 
 
 FIGURES = {
+    "shipped": (shipped, "study", "shipped"),
     "trade-off": (trade_off, "study", "tracks"),
     "elsewhere": (elsewhere, "study", "tracks"),
     "rates": (rates, "bench", ""),

@@ -16,7 +16,7 @@ from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.policies.guard import Observations
 from hazbot_gym.utils.json_object import JsonObject
 
-CARTPOLE, CORRIDOR = "CartPole-v1", "hazbot_gym/Corridor-v0"
+CARTPOLE, CORRIDOR = "CartPole-v1", "hazbot_gym/Corridor-v1"
 CARTPOLES = f"{CARTPOLE}, 1024 worlds"
 WORLDS, PEOPLE = (1, 64, 1024, 8192), (0, 4, 10)
 WITH = "social-force people, ultrasonic ranges, people tracker, fuzzy-PID wheel loops at 100 Hz"

@@ -27,7 +27,7 @@ FIRST_EPISODE = """
 import time
 start = time.perf_counter()
 from hazbot_gym.evaluation import rollout
-rollout.evaluate("fuzzy_expert", "hazbot_gym/Corridor-v0", episodes=2, engine={engine!r})
+rollout.evaluate("fuzzy_expert", "hazbot_gym/Corridor-v1", episodes=2, engine={engine!r})
 print(time.perf_counter() - start)
 """
 Measured = JsonObject

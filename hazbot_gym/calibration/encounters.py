@@ -28,7 +28,7 @@ from hazbot_gym.calibration.encounter_walk import (
     recorded_outcome,
     stage_of,
 )
-from hazbot_gym.core.social_force import ATTENTIVE, Reaction, SocialForce
+from hazbot_gym.core.social_force import ATTENTIVE, HELBING_MOLNAR_1995, Reaction, SocialForce
 from hazbot_gym.core.state import Floats
 from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.task.places import load_place
@@ -61,7 +61,7 @@ class Response(NamedTuple):
     robot_strength_mps2: float
     robot_range_m: float
     robot_step_time_s: float
-    sidestep_mps2: float
+    robot_sidestep_mps2: float
     noticed_m: float  # clearance from which the robot is noticed
     gain_spread: float  # standard deviation of the logarithm of the gain
 
@@ -71,7 +71,7 @@ class Response(NamedTuple):
             robot_strength_mps2=self.robot_strength_mps2,
             robot_range_m=self.robot_range_m,
             robot_step_time_s=self.robot_step_time_s,
-            sidestep_mps2=self.sidestep_mps2,
+            robot_sidestep_mps2=self.robot_sidestep_mps2,
         )
 
     def reactions(self) -> list[Reaction]:
@@ -85,8 +85,16 @@ SHIPPED = Response(
     robot_strength_mps2=SocialForce().robot_strength_mps2,
     robot_range_m=SocialForce().robot_range_m,
     robot_step_time_s=SocialForce().robot_step_time_s,
-    sidestep_mps2=SocialForce().sidestep_mps2,
+    robot_sidestep_mps2=SocialForce().robot_sidestep_mps2,
     noticed_m=ATTENTIVE.range_m,
+    gain_spread=0.0,
+)
+PUBLISHED = Response(  # for people among people, who notice each other from afar
+    robot_strength_mps2=HELBING_MOLNAR_1995.robot_strength_mps2,
+    robot_range_m=HELBING_MOLNAR_1995.robot_range_m,
+    robot_step_time_s=HELBING_MOLNAR_1995.robot_step_time_s,
+    robot_sidestep_mps2=HELBING_MOLNAR_1995.robot_sidestep_mps2,
+    noticed_m=4.0,
     gain_spread=0.0,
 )
 
@@ -237,12 +245,12 @@ def report(fitted: Met, held_out: Met, response: Response) -> JsonObject:
     return {
         "goal": GOAL,
         "response": response._asdict(),
-        "shipped": SHIPPED._asdict(),
+        "published": PUBLISHED._asdict(),
         "encounters": {"fitted on": len(fitted.stages), "held out": len(held_out.stages)},
         "loss": {
             side: {
                 "fitted": loss(met, response, outcomes(met, None)),
-                "shipped": loss(met, SHIPPED, outcomes(met, None)),
+                "published": loss(met, PUBLISHED, outcomes(met, None)),
             }
             for side, met in (("fitted on", fitted), ("held out", held_out))
         },
@@ -256,7 +264,7 @@ def report(fitted: Met, held_out: Met, response: Response) -> JsonObject:
 
 def _rows(met: Met, response: Response) -> list[JsonObject]:
     recorded, model = outcomes(met, None), outcomes(met, response)
-    shipped, rows = outcomes(met, SHIPPED), []
+    published, rows = outcomes(met, PUBLISHED), []
     for group in sorted(recorded):
         real, mine = summary(recorded[group]), summary(model[group])
         rows.append(
@@ -267,7 +275,7 @@ def _rows(met: Met, response: Response) -> list[JsonObject]:
                 "recorded": _listed(real),
                 "recorded_intervals": _intervals(recorded[group]),
                 "model": _listed(mine),
-                "shipped": _listed(summary(shipped[group])),
+                "published": _listed(summary(published[group])),
                 "largest_difference_m": float(np.abs(mine - real)[:-1].max()),
                 "slowest_difference": _or_none(abs(float(mine[-1] - real[-1]))),
             }

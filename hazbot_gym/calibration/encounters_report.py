@@ -9,8 +9,8 @@ from hazbot_gym.utils.text_tables import Rows, console_table, shown
 
 Record = JsonObject
 
-CONSTANTS = ("constant", "fitted", "as shipped")
-LOSSES = ("loss", "fitted", "as shipped")
+CONSTANTS = ("constant", "fitted", "published")
+LOSSES = ("loss", "fitted", "published")
 GROUPS = (
     "scenario, robot", "encounters", "", "closest p10 [m]", "p50 [m]", "p90 [m]",
     "slowest, share of own pace",
@@ -24,7 +24,7 @@ DRIVES = (
     "scenario, robot", "compliant: delay [s]", "discomfort [s]", "noncompliant: delay [s]",
     "discomfort [s]",
 )  # fmt: skip
-SIDES = {"recorded": "recorded", "model": "fitted model", "shipped": "as shipped"}
+SIDES = {"recorded": "recorded", "model": "fitted model", "published": "published"}
 
 
 def tables(record: Record) -> Group:
@@ -40,9 +40,9 @@ def tables(record: Record) -> Group:
 
 def constant_rows(record: Record) -> Rows:
     """Return name and values of each constant of the response."""
-    shipped = record["shipped"]
+    published = record["published"]
     return [
-        (f"`{name}`", shown(value), shown(shipped[name]))
+        (f"`{name}`", shown(value), shown(published[name]))
         for name, value in record["response"].items()
     ]
 
@@ -50,7 +50,7 @@ def constant_rows(record: Record) -> Rows:
 def loss_rows(record: Record) -> Rows:
     """Return the loss on encounters fitted on and held out."""
     return [
-        (f"encounters {side}", shown(loss["fitted"]), shown(loss["shipped"]))
+        (f"encounters {side}", shown(loss["fitted"]), shown(loss["published"]))
         for side, loss in record["loss"].items()
     ]
 

@@ -33,7 +33,7 @@ JsonFile = Annotated[
     Path | None, typer.Option("--json", help="Also write the results to this file.")
 ]
 
-CORRIDOR = "hazbot_gym/Corridor-v0"  # the default environment
+CORRIDOR = "hazbot_gym/Corridor-v1"  # the default environment
 
 
 def overrides_of(change: list[str] | None, scenario: str | None) -> dict[str, object]:

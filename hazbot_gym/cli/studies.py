@@ -13,13 +13,17 @@ from hazbot_gym.cli.application import app
 from hazbot_gym.cli.shared import (
     AllowCode,
     AllowPickle,
+    Changes,
     ConfigFile,
     JsonFile,
     check_file,
+    overrides_of,
     write_record,
 )
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.utils import terminal
+from hazbot_gym.utils.files import read_json
+from hazbot_gym.utils.json_object import JsonObject
 
 
 @app.command()
@@ -117,17 +121,33 @@ def tune(
 @app.command()
 def headroom(
     env: Annotated[
-        list[str] | None, typer.Option(help="Environment, e.g. Crossing-v0; all if not given.")
+        list[str] | None, typer.Option(help="Environment, e.g. Crossing-v1; all if not given.")
     ] = None,
     episodes: Annotated[
         int, typer.Option(help="Scenarios per environment.", min=1, max=100_000)
+    ] = 100,
+    tuning: Annotated[
+        int, typer.Option(help="Other scenarios, for tuning the rules.", min=1, max=100_000)
+    ] = 60,
+    rounds: Annotated[
+        int, typer.Option(help="Rounds of the search per scenario.", min=1, max=100_000)
     ] = 40,
+    rule: Annotated[
+        list[str] | None,
+        typer.Option(help="Family of rules to compare, e.g. ttc; all if not given. Repeatable."),
+    ] = None,
+    is_scripted: Annotated[
+        bool,
+        typer.Option("--scripted", help="Scripted people and ideal wheels: the exact optimum."),
+    ] = False,
+    change: Changes = None,
     json_file: JsonFile = None,
 ) -> None:
-    """Compare rules with the exact optimum for non-reactive people (takes minutes)."""
+    """Compare rules with the best drive known of every scenario (takes hours; resumable)."""
     from hazbot_gym.envs.registration import full_id
     from hazbot_gym.evaluation.oracle import headroom as room
     from hazbot_gym.evaluation.oracle import headroom_report
+    from hazbot_gym.evaluation.oracle.trajectory_search import Effort
 
     check_file(json_file)
     known = room.environments()
@@ -135,11 +155,44 @@ def headroom(
     unknown = [name for name in chosen if name not in known]
     if unknown:
         raise InvalidInput(f"env: given {unknown[0]!r}, allowed are {', '.join(known)}")
+    others = [family for family in rule or () if family not in room.RULES]
+    if others:
+        raise InvalidInput(f"rule: given {others[0]!r}, allowed are {', '.join(room.RULES)}")
+    rules, overrides = tuple(rule or room.RULES), overrides_of(change, None)
+    size = room.Size(episodes, tuning, Effort(rounds=rounds), rules)
+    for name in chosen:
+        room.headroom_config(name, overrides, is_scripted=is_scripted)
+    said = room.settings(size, overrides, is_scripted=is_scripted)
+    record = {**said, "environments": _continued(json_file, said)}
+    missing = [name for name in chosen if name not in record["environments"]]
     with terminal.progress_bar(terminal.progress_console()) as progress:
-        task = progress.add_task("scenarios", total=episodes * len(chosen))
-        record = room.headroom(chosen, episodes, on_progress=lambda: progress.advance(task))
-    write_record(json_file, record)
-    terminal.output_console().print(headroom_report.table(record))
+        task = progress.add_task("scenarios", total=episodes * len(missing))
+        for name in missing:
+            record["environments"][name] = room.headroom(
+                name,
+                size,
+                overrides,
+                is_scripted=is_scripted,
+                on_progress=lambda: progress.advance(task),
+            )
+            write_record(json_file, record)
+    terminal.output_console().print(headroom_report.tables(record))
+
+
+def _continued(file: Path | None, settings: JsonObject) -> JsonObject:
+    """Return the environments of an earlier record with the same settings."""
+    if file is None or not file.exists():
+        return {}
+    earlier = read_json(file)
+    differing = [key for key, value in settings.items() if earlier.get(key) != value]
+    if differing:
+        key = differing[0]
+        raise InvalidInput(
+            f"--json: {file} has {key} {earlier.get(key)!r}, given {settings[key]!r}; "
+            "name another file, or remove it"
+        )
+    found: JsonObject = earlier["environments"]
+    return found
 
 
 @app.command()

@@ -20,8 +20,8 @@ from hazbot_gym.core.sensor_ring import (
 )
 from hazbot_gym.core.social_force import (
     ATTENTIVE,
+    BLIND,
     CURIOUS,
-    INATTENTIVE,
     WARY,
     Reaction,
     SocialForce,
@@ -129,10 +129,12 @@ class People(Section):
     family: Family = "mixed"  # pattern of the first person
     count: Annotated[tuple[Count, Count], Loose] = (2, 5)  # fewest, most
     mix: Weights = (0.25, 0.35, 0.2, 0.2)  # others' patterns
+    # Times at which people cross, relative to the arrival of a robot at nominal speed
+    crossing_window_s: Annotated[tuple[float, float], Loose] = (-3.0, 4.0)
     speeds: Speeds = Speeds()
     force: SocialForce = SocialForce()
-    reactions: Reactions = (ATTENTIVE, INATTENTIVE, WARY, CURIOUS)
-    reaction_shares: Weights = (0.6, 0.2, 0.1, 0.1)
+    reactions: Reactions = (ATTENTIVE, BLIND, WARY, CURIOUS)
+    reaction_shares: Weights = (0.7, 0.3, 0.0, 0.0)
     # if given, exactly these people instead of drawn ones
     walkers: Annotated[tuple[Walker, ...], Loose, MaxLen(MOST_PEOPLE)] = ()
 
@@ -142,6 +144,11 @@ class People(Section):
             raise ValueError(f"count: given {self.count}, the first must not exceed the second")
         if self.walkers and self.model in ("replay", "seeded"):
             raise ValueError(f"walkers: given, but the model {self.model!r} takes recorded people")
+        if self.crossing_window_s[0] > self.crossing_window_s[1]:
+            raise ValueError(
+                f"crossing_window_s: given {self.crossing_window_s}, the first must not exceed the "
+                "second"
+            )
         for name in ("mix", "reaction_shares"):
             if sum(getattr(self, name)) <= 0.0:
                 raise ValueError(f"{name}: given {getattr(self, name)}, one weight must exceed 0")
@@ -176,12 +183,12 @@ class RewardWeights(NamedTuple):
     """Weights of the reward terms of ``task/reward.py``; penalties are negative."""
 
     progress: float = 1.0
-    intrusion: float = -4.0
+    intrusion: float = -0.4  # 4 s of delay per second of full discomfort (docs/encounters.md)
     tracking: float = -0.5
     smoothness: float = -0.5
-    burden: float = -0.1
-    contact: float = -200.0
-    arrival: float = 60.0
+    burden: float = -0.1  # a second of a person's delay costs as much as one of the robot's
+    contact: float = -400.0  # more than blocking a person until the horizon
+    arrival: float = 1.0  # per second
 
 
 class Config(Section):
@@ -192,9 +199,9 @@ class Config(Section):
     tracks: str | None = None  # file or folder of recorded people, for replay and seeded
     tier: Literal["sonar", "tracks", "privileged"] = "tracks"
     action_type: Literal["continuous", "discrete"] = "continuous"
-    max_episode_steps: Annotated[int, Gt(0), Le(MOST_STEPS)] = 600
+    max_episode_steps: Annotated[int, Gt(0), Le(MOST_STEPS)] = 1200
     arrival_tolerance_m: Annotated[float, Gt(0)] = 0.05  # distance from the path's end that counts
-    nearness: Literal["depth", "discomfort"] = "depth"  # in the reward: depth x v, discomfort x v^2
+    nearness: Literal["discomfort", "depth"] = "discomfort"  # in the reward (task/reward.py)
     clock: Clock = Clock()
     drive: Drive = Drive()
     people: People = People()

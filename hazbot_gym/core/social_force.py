@@ -34,9 +34,11 @@ class SocialForce(NamedTuple):
     step_time_s: Annotated[float, Ge(0)] = 2.3  # step time (calibrated)
     wall_strength_mps2: Annotated[float, Ge(0)] = 5.0  # U0/R; HM95: 50, for wide halls
     wall_range_m: Annotated[float, Gt(0)] = 0.1  # R; HM95: 0.2 m
-    robot_strength_mps2: Annotated[float, Ge(0)] = 7.0  # as HM95 towards a person: nobody recorded
-    robot_range_m: Annotated[float, Gt(0)] = 0.3  # met a robot
-    robot_step_time_s: Annotated[float, Ge(0)] = 2.3  # step time towards the robot, as to people
+    # Response to the robot, calibrated on encounters (docs/encounters.md)
+    robot_strength_mps2: Annotated[float, Ge(0)] = 7.15
+    robot_range_m: Annotated[float, Gt(0)] = 0.186
+    robot_step_time_s: Annotated[float, Ge(0)] = 0.116
+    robot_sidestep_mps2: Annotated[float, Ge(0)] = 0.0951
     anisotropy: Annotated[float, Ge(0), Le(1)] = 0.5  # c, weight outside the field of view (HM95)
     view_angle_rad: Annotated[float, Gt(0)] = math.radians(100.0)  # phi, to each side (HM95)
     sidestep_mps2: Annotated[float, Ge(0)] = 0.812  # stepping aside when met head-on (calibrated)
@@ -53,6 +55,7 @@ HELBING_MOLNAR_1995 = SocialForce(  # as published, for people who meet outdoors
     robot_strength_mps2=7.0,
     robot_range_m=0.3,
     robot_step_time_s=2.0,
+    robot_sidestep_mps2=0.0,
     sidestep_mps2=0.0,
 )
 
@@ -61,14 +64,14 @@ class Reaction(NamedTuple):
     """Reaction of a person to the robot; named after the reactions of HuNavSim."""
 
     gain: Annotated[float, Ge(0)] = 1.0  # factor of the repulsion from the robot
-    range_m: Annotated[float, Ge(0)] = 4.0  # clearance from which the robot is noticed
+    range_m: Annotated[float, Ge(0)] = 3.0  # clearance from which it is noticed (calibrated)
     attraction_mps2: Annotated[float, Ge(0)] = 0.0  # pull towards it (eq 8a's F_att), beyond 1.2 m
 
 
 ATTENTIVE = Reaction()
-INATTENTIVE = Reaction(range_m=1.0)  # looks at a phone: notices within about a metre
+BLIND = Reaction(range_m=0.0)  # does not yield: looks at a phone, or walks in a stream
 WARY = Reaction(gain=1.5, range_m=6.0)  # keeps away; at 2.5 it would not pass in 2 m at all
-CURIOUS = Reaction(gain=0.6, attraction_mps2=0.4)  # comes to have a look
+CURIOUS = Reaction(gain=0.6, range_m=4.0, attraction_mps2=0.4)  # comes to have a look
 
 
 @scalar
@@ -137,7 +140,7 @@ def wall_force(
 
 @scalar
 def sidestep_force(
-    nx: float, ny: float, ex: float, ey: float, gap_m: float, force: SocialForce
+    nx: float, ny: float, ex: float, ey: float, gap_m: float, strength_mps2: float, range_m: float
 ) -> tuple[float, float]:
     """Return the side-step acceleration of a walker for an obstacle ahead [m/s^2].
 
@@ -151,11 +154,12 @@ def sidestep_force(
         ex: Walking direction, unit vector.
         ey: The same, other axis.
         gap_m: Distance between the surfaces [m].
-        force: Constants of the model.
+        strength_mps2: Largest acceleration a [m/s^2].
+        range_m: Distance between the surfaces from which it acts [m].
     """
     ahead = max(nx * ex + ny * ey, 0.0)
     side = 1.0 if ex * ny - ey * nx >= -1e-3 else -1.0  # the obstacle is on the left, or in line
-    nearness = min(max(1.0 - max(gap_m, 0.0) / force.sidestep_range_m, 0.0), 1.0)
+    nearness = min(max(1.0 - max(gap_m, 0.0) / range_m, 0.0), 1.0)
     squared = ahead * ahead
-    magnitude = side * force.sidestep_mps2 * nearness * (squared * squared)
+    magnitude = side * strength_mps2 * nearness * (squared * squared)
     return magnitude * ey, -magnitude * ex

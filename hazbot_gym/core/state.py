@@ -94,7 +94,7 @@ NO_PATTERN, CROSSING, ENCOUNTERING, LEADING, CONFRONTING, BESIDE = -1, 0, 1, 2, 
 PATTERN_NAMES = ("crossing", "encountering", "leading", "confronting")
 
 SCRIPTED, SOCIAL_FORCE, REPLAY = 0, 1, 2  # model of a person's motion
-REACTION_NAMES = ("attentive", "inattentive", "wary", "curious")
+REACTION_NAMES = ("attentive", "blind", "wary", "curious")
 
 PERSON = np.dtype(
     [

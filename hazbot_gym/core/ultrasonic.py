@@ -18,7 +18,7 @@ from hazbot_gym.core.jit import scalar
 
 
 class Ultrasonic(NamedTuple):
-    """What all sensors of the ring have in common."""
+    """Parameters shared by all sensors of the ring."""
 
     range_m: Annotated[float, Gt(0)] = 4.0  # maximum range, our choice
     half_cone_rad: Annotated[float, Gt(0), Le(1.0)] = math.radians(15.0)

@@ -96,14 +96,16 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
     scenario:
 
     >>> import gymnasium, hazbot_gym
-    >>> env = gymnasium.make("hazbot_gym/Corridor-v0", tier="sonar", people={{"count": [4, 4]}})
+    >>> env = gymnasium.make("hazbot_gym/Corridor-v1", tier="sonar", people={{"count": [4, 4]}})
     >>> env.observation_space.shape
     (12,)
-    >>> env = gymnasium.make("hazbot_gym/Corridor-v0", scenario="E*")
+    >>> env = gymnasium.make("hazbot_gym/Corridor-v1", scenario="E*")
 
     ## Version History
 
-    * v0: initial version.
+    * v1: people as measured in encounters with a robot, a measured price of nearness, people who
+      do not yield, and a longer horizon.
+    * v0: initial version, not released.
     """
 
     metadata: dict[str, Any] = {"render_modes": list(MODES), "render_fps": 10}  # noqa: RUF012

@@ -22,7 +22,7 @@ class NumericInfo(VectorWrapper):  # not generic in Gymnasium 1.1
         >>> import gymnasium, hazbot_gym
         >>> from hazbot_gym.envs.numeric_info import NumericInfo
         >>> envs = NumericInfo(gymnasium.make_vec(
-        ...     "hazbot_gym/Corridor-v0", 2, "vector_entry_point", autoreset_mode="SameStep"
+        ...     "hazbot_gym/Corridor-v1", 2, "vector_entry_point", autoreset_mode="SameStep"
         ... ))
         >>> _, info = envs.reset(seed=0)
         >>> "outcome" in info, info["reward_terms/progress"].tolist()

@@ -10,40 +10,60 @@ NAMESPACE = "hazbot_gym"
 
 # One sentence each, for ``hazbot list`` and the docs.
 ENVIRONMENTS: dict[str, tuple[str, dict[str, object]]] = {
-    "Corridor-v0": ("A corridor with side doors; people of all four patterns.", {}),
-    "Crossing-v0": (
-        "A person crosses the corridor through the side doors.",
-        {"people": {"family": "crossing", "count": [1, 3]}},
+    "Corridor-v1": ("A corridor with side doors; people of all four patterns.", {}),
+    "Crossing-v1": (
+        "A stream of people across the corridor, most of whom do not yield.",
+        {
+            "people": {
+                "family": "crossing",
+                "count": [8, 12],
+                "mix": [1.0, 0.0, 0.0, 0.0],
+                "crossing_window_s": [-6.0, 18.0],
+                "reaction_shares": [0.4, 0.6, 0.0, 0.0],
+            }
+        },
     ),
-    "Encountering-v0": (
-        "A person comes the other way and intends to pass.",
-        {"people": {"family": "encountering", "count": [1, 3]}},
+    "Encountering-v1": (
+        "Two-way flow: most people come the other way.",
+        {"people": {"family": "encountering", "count": [3, 6], "mix": [0.0, 0.7, 0.2, 0.1]}},
     ),
-    "Leading-v0": (
-        "A slower person walks ahead in the same direction.",
-        {"people": {"family": "leading", "count": [1, 3]}},
+    "Leading-v1": (
+        "Slow people walk ahead in the same direction, and can be neither passed nor pushed.",
+        {"people": {"family": "leading", "count": [2, 4], "mix": [0.2, 0.3, 0.5, 0.0]}},
     ),
-    "Confronting-v0": (
+    "Confronting-v1": (
         "A person comes straight at the robot.",
         {"people": {"family": "confronting", "count": [1, 3]}},
     ),
-    "Circle-v0": (
+    "Circle-v1": (
         "The paper's circle; people walk across it.",
-        {"place": "circle", "max_episode_steps": 1000, "people": {"count": [2, 4]}},
+        {"place": "circle", "max_episode_steps": 2000, "people": {"count": [4, 8]}},
     ),
-    "Intersection-v0": (
-        "Two corridors cross behind blind corners.",
-        {"place": "intersection", "people": {"family": "crossing", "count": [2, 5]}},
+    "Intersection-v1": (
+        "Two corridors cross behind blind corners; people walk across.",
+        {
+            "place": "intersection",
+            "people": {
+                "family": "crossing",
+                "count": [6, 10],
+                "mix": [0.9, 0.1, 0.0, 0.0],
+                "crossing_window_s": [-4.0, 10.0],
+                "reaction_shares": [0.5, 0.5, 0.0, 0.0],
+            },
+        },
     ),
-    "Doorway-v0": (
-        "A doorway wide enough for one at a time.",
-        {"place": "doorway", "people": {"family": "encountering", "count": [1, 4]}},
+    "Doorway-v1": (
+        "A doorway wide enough for one at a time, with people in both directions.",
+        {
+            "place": "doorway",
+            "people": {"family": "encountering", "count": [4, 8], "mix": [0.0, 0.7, 0.3, 0.0]},
+        },
     ),
-    "Aisle-v0": (
+    "Aisle-v1": (
         "An L-shaped aisle between shelves, with a blind corner.",
-        {"place": "aisle", "people": {"count": [1, 4]}},
+        {"place": "aisle", "people": {"count": [2, 5]}},
     ),
-    "Replay-v0": (
+    "Replay-v1": (
         "Recorded people; without a track file, a small synthetic recording.",
         {"people": {"model": "replay"}},
     ),

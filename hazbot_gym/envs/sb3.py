@@ -35,7 +35,7 @@ try:
 except ImportError as error:
     raise MissingExtra("stable-baselines3", "train") from error
 
-DEFAULT_ID = f"{NAMESPACE}/Corridor-v0"
+DEFAULT_ID = f"{NAMESPACE}/Corridor-v1"
 PICTURED = 9  # worlds per picture
 
 
@@ -68,7 +68,7 @@ class CorridorVecEnv(VecEnv):
         Args:
             num_envs: Number of worlds; or, as from ``make_vec_env``, factories of single
                 environments, whose config and monitors the batch takes over.
-            id: A registered environment, such as ``hazbot_gym/Crossing-v0``.
+            id: A registered environment, such as ``hazbot_gym/Crossing-v1``.
             seed: World i is seeded by ``seed + i`` at the first reset.
             **arguments: Arguments of ``CorridorVectorEnv``.
 

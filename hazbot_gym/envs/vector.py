@@ -65,7 +65,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
 
     Example:
         >>> import gymnasium, hazbot_gym
-        >>> envs = gymnasium.make_vec("hazbot_gym/Corridor-v0", num_envs=4)
+        >>> envs = gymnasium.make_vec("hazbot_gym/Corridor-v1", num_envs=4)
         >>> observations, infos = envs.reset(seed=0)
         >>> observations.shape
         (4, 48)

@@ -35,13 +35,13 @@ class ScenarioSet(Section):
 
 
 def _preset(name: str) -> ScenarioSet:
-    return ScenarioSet(name=name, env=f"{NAMESPACE}/{name}-v0")
+    return ScenarioSet(name=name, env=f"{NAMESPACE}/{name}-v1")
 
 
 def _paper(name: str) -> ScenarioSet:
     """Return a scenario of the paper: fixed geometry, no noise, the same in every episode."""
     overrides = {"scenario": name}
-    return ScenarioSet(name=name, env=f"{NAMESPACE}/Corridor-v0", overrides=overrides, episodes=1)
+    return ScenarioSet(name=name, env=f"{NAMESPACE}/Corridor-v1", overrides=overrides, episodes=1)
 
 
 PAPER_SETS = tuple(_paper(name) for name in ("E*", "E5.5", "C*", "C90"))
@@ -57,7 +57,7 @@ def track_sets(folder: Path, seed: int | None = None) -> tuple[ScenarioSet, ...]
     return tuple(
         ScenarioSet(
             name=f"real people, {model}",
-            env=f"{NAMESPACE}/Replay-v0",
+            env=f"{NAMESPACE}/Replay-v1",
             overrides={"tracks": str(folder), "people": {"model": model}},
             seed=seed,
         )

@@ -90,7 +90,7 @@ def basis_rows(record: JsonObject) -> Rows:
 
 
 def prediction_line(record: JsonObject) -> str:
-    """Return where in the paper the predicted numbers that are reproduced are, with their count."""
+    """Return the places in the paper of the reproduced predictions, with their counts."""
     places = Counter(
         entry["source"].partition(", row")[0]
         for entry in record["numbers"]

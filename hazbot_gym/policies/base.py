@@ -86,7 +86,7 @@ REGISTER = {
     ),
     "stop_when_near": Entry(
         "hazbot_gym.policies.stop_when_near:StopWhenNear",
-        "stops while a person is nearer than stop_m=",
+        "stops while a person is nearer than stop_m=, else drives at fraction=0..1 of nominal",
     ),
     "ssm": Entry(
         "hazbot_gym.policies.ssm:Ssm",

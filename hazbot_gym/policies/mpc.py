@@ -31,16 +31,16 @@ from hazbot_gym.policies.people_seen import people_seen
 from hazbot_gym.policies.robot import ACCELERATION_MPS2, BRAKING_MPS2, DECISION_S, NOMINAL_MPS
 from hazbot_gym.task.observation import layout_of
 
-PROGRESS, SMOOTHNESS, CONTACT = 1.0, 0.5, 200.0  # weights of the reward, without their signs
+PROGRESS, SMOOTHNESS, CONTACT = 1.0, 0.5, 400.0  # weights of the reward, without their signs
 INTRUSION = {"depth": 4.0, "discomfort": 0.4}  # by the measure of nearness
-NEARNESS: Literal["depth", "discomfort"] = "depth"  # the config's default
+NEARNESS: Literal["depth", "discomfort"] = "discomfort"  # the config's default
 
 
 @dataclass(frozen=True, config=OPTIONS)
 class Mpc(PeopleRule):
     """Drives at the first speed of the optimal plan."""
 
-    caution: Annotated[float, Ge(0)] = 4.0  # times the reward's weight, the sweep parameter
+    caution: Annotated[float, Ge(0)] = 16.0  # times the reward's weight, the sweep parameter
     nearness: Literal["depth", "discomfort"] = NEARNESS
     horizon_s: Annotated[float, Gt(0), Le(60)] = 4.0
     nominal_mps: Annotated[float, Ge(0.05)] = NOMINAL_MPS  # speed of action +1

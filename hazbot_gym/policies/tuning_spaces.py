@@ -29,7 +29,7 @@ SPACES: dict[str, Space] = {
     "passive_safety": {"obstacle_mps": Interval(0.0, 10.0)},
     "idm": {"headway_s": Interval(0.0, 15.0)},
     "velocity_obstacle": {"margin_m": Interval(0.0, 2.5)},
-    "mpc": {"caution": Interval(0.0, 25.0)},
+    "mpc": {"caution": Interval(0.0, 100.0)},
     "social_force": {"strength": Interval(0.0, 100.0)},
     "fuzzy_expert": {
         "scale": Interval(0.3, 2.0),

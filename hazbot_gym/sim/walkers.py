@@ -219,8 +219,9 @@ def force_values(force: SocialForce) -> SocialForce:
         force.relaxation_time_s, force.typical_speed_mps, force.speed_limit_ratio,
         force.person_strength_mps2, force.person_range_m, force.step_time_s,
         force.wall_strength_mps2, force.wall_range_m, force.robot_strength_mps2,
-        force.robot_range_m, force.robot_step_time_s, force.anisotropy, force.view_angle_rad,
-        force.sidestep_mps2, force.sidestep_range_m, force.jitter_mps2,
+        force.robot_range_m, force.robot_step_time_s, force.robot_sidestep_mps2,
+        force.anisotropy, force.view_angle_rad, force.sidestep_mps2, force.sidestep_range_m,
+        force.jitter_mps2,
     )  # fmt: skip
 
 
@@ -232,7 +233,7 @@ def push_by_people(work: Workspace, force: SocialForce) -> None:
         p.fx[k], p.fy[k] = body_push(
             p.x[k], p.y[k], p.vx[k], p.vy[k], p.reach[k], p.ex[k], p.ey[k],
             force.person_strength_mps2, force.person_range_m, force.step_time_s, 1.0,
-            p.is_head_on[k] > 0.0, force,
+            force.sidestep_mps2 * p.is_head_on[k], force,
         )  # fmt: skip
     _add_up(p, BY_PEOPLE, work.walkers)
 

@@ -65,7 +65,7 @@ def walking_direction(me: PersonRecord, routes: Floats) -> tuple[float, float]:
 @scalar
 def body_push(
     x: float, y: float, vx: float, vy: float, reach: float, ex: float, ey: float,
-    strength: float, range_m: float, step_time_s: float, gain: float, is_in_the_way: bool,
+    strength: float, range_m: float, step_time_s: float, gain: float, sidestep_mps2: float,
     force: SocialForce,
 ) -> tuple[float, float]:  # fmt: skip
     """Return the acceleration of a walker by another body [m/s^2].
@@ -82,7 +82,7 @@ def body_push(
         range_m: Range of the repulsion [m].
         step_time_s: Anticipated time of the relative motion [s].
         gain: Factor of the repulsion.
-        is_in_the_way: Whether to add the side step.
+        sidestep_mps2: Strength of the side step; 0 if the other is not in the way [m/s^2].
         force: Constants of the model.
     """
     distance = max(norm(x, y), 1e-6)
@@ -91,9 +91,8 @@ def body_push(
     sx, sy = -step_time_s * vx, -step_time_s * vy
     fx, fy = elliptical_repulsion(nx, ny, gap, sx, sy, strength, range_m)
     weight = gain * view_weight(ex, ey, fx, fy, force)
-    aside_x, aside_y = sidestep_force(-nx, -ny, ex, ey, gap, force)
-    aside = 1.0 if is_in_the_way else 0.0
-    return weight * fx + aside * aside_x, weight * fy + aside * aside_y
+    aside_x, aside_y = sidestep_force(-nx, -ny, ex, ey, gap, sidestep_mps2, force.sidestep_range_m)
+    return weight * fx + aside_x, weight * fy + aside_y
 
 
 @scalar
@@ -109,7 +108,7 @@ def robot_push(
     ax, ay = body_push(
         -x, -y, vx - robot_vx, vy - robot_vy, radius + ROBOT_RADIUS_M, ex, ey,
         force.robot_strength_mps2, force.robot_range_m, force.robot_step_time_s, reaction.gain,
-        is_in_the_way, force,
+        force.robot_sidestep_mps2 if is_in_the_way else 0.0, force,
     )  # fmt: skip
     pull = reaction.attraction_mps2 / distance if gap > PERSONAL_M else 0.0
     is_noticed = gap <= reaction.range_m

@@ -16,9 +16,13 @@ from hazbot_gym.envs.registration import NAMESPACE
 from hazbot_gym.errors import InvalidInput
 
 PREFIX = "bank:"  # of names in a study's ``sets``
-ROOT = 20261130  # root of the seeds of the bank's scenarios alone
-MANY, FEW = 250, 100  # scenarios of a set
+ROOT = 20261204  # root of the seeds of the bank's scenarios alone
+MANY, FEW = 150, 60  # scenarios of a set
 
+FAMILIES = (
+    "Corridor", "Crossing", "Encountering", "Leading", "Confronting", "Circle", "Intersection",
+    "Doorway", "Aisle",
+)  # fmt: skip
 PATTERNS = tuple(pattern.capitalize() for pattern in PATTERN_NAMES)
 # Cyclic pairs: each pattern occurs once for the first person and once for the others.
 PAIRS = tuple(zip(PATTERNS, (*PATTERNS[1:], PATTERNS[0]), strict=True))
@@ -68,12 +72,10 @@ def _pair(first: str, second: str) -> tuple[str, Mapping[str, object]]:
 
 
 GROUPS: dict[str, Group] = {
-    "validation": Group("model selection", FEW, _in(PATTERNS)),
-    "test": Group("final evaluation; not for development", MANY, _in([*PATTERNS, "Corridor"])),
+    "validation": Group("model selection", FEW, _in(FAMILIES)),
+    "test": Group("final evaluation; not for development", MANY, _in(FAMILIES)),
     "ood/faster": Group("people walk 30 % faster", FEW, _in(PATTERNS, people={"speeds": _FASTER})),
-    "ood/blind": Group(
-        "people do not notice the robot", FEW, _in(PATTERNS, people={"reactions": [_BLIND] * 4})
-    ),
+    "ood/blind": Group("no one yields", FEW, _in(PATTERNS, people={"reactions": [_BLIND] * 4})),
     "ood/pairs": Group(
         "two walking patterns per scenario", FEW, {"+".join(pair): _pair(*pair) for pair in PAIRS}
     ),
@@ -87,15 +89,23 @@ GROUPS: dict[str, Group] = {
     ),
     "ood/delay": Group("commands delayed by 0.3 s", FEW, _in(PATTERNS, drive={"latency_steps": 3})),
     "ood/places": Group(
-        "places not used in training", FEW, _in(["Doorway", "Intersection", "Circle"])
+        "narrower doorway, intersection and aisle",
+        FEW,
+        {
+            "Doorway": ("Doorway", {"place_options": {"door_m": 1.0}}),
+            "Intersection": ("Intersection", {"place_options": {"side_width_m": 1.4}}),
+            "Aisle": ("Aisle", {"place_options": {"width_m": 1.9}}),
+        },
     ),
     "ood/dense": Group(
-        "6 to 10 people instead of 2 to 5", FEW, _in(["Corridor"], people={"count": [6, 10]})
+        "6 to 10 people in a corridor instead of 2 to 5",
+        FEW,
+        _in(["Corridor"], people={"count": [6, 10]}),
     ),
 }
 
 BANK_SETS = tuple(
-    BankSet(f"{name}/{each}", f"{NAMESPACE}/{preset}-v0", overrides, group.episodes)
+    BankSet(f"{name}/{each}", f"{NAMESPACE}/{preset}-v1", overrides, group.episodes)
     for name, group in GROUPS.items()
     for each, (preset, overrides) in group.sets.items()
 )

@@ -129,7 +129,7 @@ class StudyConfig(Section):
     policies: SomeNames = DEFAULT_POLICIES
     tuned: Names = ()  # rule families that are tuned on validation scenarios first
     trials: Annotated[int, Ge(1), Le(100_000)] = 50  # of each search
-    trial_episodes: Episodes = 100  # of each trial, in every family of people
+    trial_episodes: Episodes = bank_sets.FEW  # of each trial, in every validation set
     trial_overrides: JsonObject = Field(default_factory=dict)  # such as ``tier: sonar``
     learners: Annotated[tuple[Learner, ...], Loose] = ()  # learned policies
     shown: Names = ()  # policies in the report's plots and replays; empty: all

@@ -1,10 +1,10 @@
 """Headline of a study: the aggregate shown first on the terminal and in the report.
 
-It pools the episodes of the in-distribution scenario sets, in which randomly drawn people cross,
-encounter, lead, confront, or show all of these patterns in a corridor. These are
+It pools the episodes of the in-distribution scenario sets, the environments with randomly drawn
+people as they are registered. These are
 
 1. the sets of the bank's group ``test``, if a study has any; else
-2. the sets of the same five environments with no override but the tier; else
+2. the sets of the same environments with no override but the tier; else
 3. all sets.
 
     mean of a metric = sum over the episodes of all these sets / number of those episodes
@@ -26,7 +26,7 @@ from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.results import OneResult, SetResults, Summary
 
 POOLED, IN_DISTRIBUTION, TEST = "all sets", "in distribution", "test"  # name of the pooled sets
-_PRESETS = {f"{preset}-v0" for preset, _ in GROUPS[TEST].sets.values()}
+_PRESETS = {f"{preset}-v1" for preset, _ in GROUPS[TEST].sets.values()}
 
 
 class Headline(NamedTuple):

@@ -52,7 +52,7 @@ class Search(NamedTuple):
     family: str  # a name of ``SPACES``
     trials: int = 50
     seed: int = 0
-    episodes: int = 100  # in every set
+    episodes: int = bank_sets.FEW  # in every set, at most the set's own
     sets: tuple[ScenarioSet, ...] = VALIDATION
 
     def identity(self) -> str:
@@ -146,10 +146,12 @@ def _next_options(space: Space, trials: list[Record], seed: int) -> dict[str, ob
 
 def judge(policy: str, search: Search, threads: int) -> dict[str, float | None]:
     """Return the headline metrics of a policy over all validation scenarios."""
-    shards = [
-        rollout.Shard(policy, each, 0, search.episodes, each.seed or 0) for each in search.sets
-    ]
-    return means([row for shard in shards for row in rollout.run_shard(shard, threads)])
+    rows = []
+    for each in search.sets:
+        count = min(search.episodes, each.episodes or search.episodes)
+        shard = rollout.Shard(policy, each, 0, count, each.seed or 0)
+        rows += rollout.run_shard(shard, threads)
+    return means(rows)
 
 
 def _record(search: Search, trials: list[Record]) -> Record:

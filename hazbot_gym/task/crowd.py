@@ -47,7 +47,6 @@ PASSING_OFFSET_M = 0.65  # least lateral offset of passing people, beyond head-o
 SIDESTEP_OFFSET_M = 0.8  # lateral offset of a scripted head-on walker after stepping aside
 SIDESTEP_AHEAD_M = 0.5  # distance at which this is complete, for a robot at nominal speed
 LEADER_GAP_M = (1.5, 5.0)  # initial distance of leaders
-CROSSING_EARLY_S, CROSSING_LATE_S = 3.0, 4.0  # crossings, before and after the robot's own time
 START_ROOM_M = 1.0  # free distance to others at the start
 ROBOT_ROOM_M = 1.4  # and to the robot
 ATTEMPTS = 8
@@ -63,6 +62,8 @@ class Crowd(NamedTuple):
     mix_crossing: float = 0.25  # cumulative shares of the patterns
     mix_encountering: float = 0.5
     mix_leading: float = 0.75
+    crossing_early_s: float = -3.0  # first crossing, relative to a nominal robot's arrival
+    crossing_late_s: float = 4.0  # last one
     speeds: Speeds = Speeds()
     nominal_speed_mps: float = 0.5  # of the robot
 
@@ -91,6 +92,8 @@ def crowd_of(people: People, place: Place, nominal_speed_mps: float) -> Crowd:
         mix_crossing=float(mix[CROSSING]),
         mix_encountering=float(mix[ENCOUNTERING]),
         mix_leading=float(mix[LEADING]),
+        crossing_early_s=people.crossing_window_s[0],
+        crossing_late_s=people.crossing_window_s[1],
         speeds=people.speeds,
         nominal_speed_mps=nominal_speed_mps,
     )
@@ -143,8 +146,9 @@ def _start_on_route(
         gap = LEADER_GAP_M[0] + u_when * (LEADER_GAP_M[1] - LEADER_GAP_M[0])
         return float(on_route - on_path + gap)
     if pattern == CROSSING:
-        spread = -CROSSING_EARLY_S + u_when * (CROSSING_EARLY_S + CROSSING_LATE_S)
-        meets_s = max(on_path / crowd.nominal_speed_mps + spread, EARLIEST_MEETING_S)
+        early_s, late_s = crowd.crossing_early_s, crowd.crossing_late_s
+        after_s = early_s + u_when * (late_s - early_s)
+        meets_s = max(on_path / crowd.nominal_speed_mps + after_s, EARLIEST_MEETING_S)
         return float(on_route - me.desired_speed * meets_s)
     latest_s = max(path_length(place.path) / crowd.nominal_speed_mps - 1.0, EARLIEST_MEETING_S)
     meets_s = EARLIEST_MEETING_S + u_when * (latest_s - EARLIEST_MEETING_S)

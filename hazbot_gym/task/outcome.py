@@ -63,4 +63,4 @@ def terminate(
     record.outcome = outcome
     record.cause = cause
     record.contact_speed_mps = speed_mps
-    record.time_left = 1.0 - steps / rules.horizon
+    record.time_left_s = (rules.horizon - steps) * rules.decision_s

@@ -1,9 +1,12 @@
 """Reward: weighted sum of named terms, each in a documented range.
 
 reward = sum over terms of weight * term (weights: ``RewardWeights`` in the config). There is no
-survival bonus; time enters through the arrival term, the remaining share of the horizon. The only
-term that penalizes a standing robot is the burden. Its weight is small: the burden of a whole
-episode costs less than a contact at nominal speed, so that ending an episode by a crash never pays.
+survival bonus; time enters through the arrival term, the remaining time. With the weights of the
+config, a second of the robot's delay costs 1, a second of a person's delay costs the same, and a
+second of full discomfort at nominal speed costs 4 (docs/encounters.md: 2.5 to 6.7, as revealed by
+drives of a real robot). The only term that penalizes a standing robot is the burden. Blocking one
+person for a whole episode costs less than a contact at nominal speed, so that ending an episode by
+a crash does not pay.
 
 | term | range | meaning |
 |---|---|---|
@@ -11,12 +14,12 @@ episode costs less than a contact at nominal speed, so that ending an episode by
 | intrusion | [0, 1] | nearness to people x the robot's speed / nominal speed, by ``nearness`` |
 | tracking | [0, 1] | cross-track and heading error, squared, 1 at 0.3 m or 0.5 rad |
 | smoothness | [0, 1] | squared change of the commanded speed / nominal speed |
-| burden | [0, 1] | largest relative loss of a person's desired speed by the robot |
+| burden | [0, people] | relative loss of desired speed by the robot, summed over people |
 | contact | [0, 1] | at the end: 0.5 + 0.5 min(speed / 1.5 m/s, 1); a fifth if by a person |
-| arrival | [0, 1] | at the end: remaining share of the horizon |
+| arrival | [0, horizon in s] | at the end: remaining time to the horizon |
 
-``nearness`` in the config: ``depth``, the deepest intrusion into a personal space x v / v_n, or
-``discomfort``, the largest rated discomfort of a person x (v / v_n)^2.
+``nearness`` in the config: ``discomfort``, the largest rated discomfort of a person x (v / v_n)^2,
+or ``depth``, the deepest intrusion into a personal space x v / v_n.
 """
 
 from __future__ import annotations
@@ -110,12 +113,12 @@ def tracking_error(robot: RobotRecord) -> float:
 
 @scalar
 def burden(people: Records) -> float:
-    """Return the largest relative loss of desired speed of any person, [0, 1]."""
-    largest = 0.0
+    """Return the relative loss of desired speed, summed over people: delay per second."""
+    lost = 0.0
     for i in range(people.shape[0]):
         if people[i].status == PRESENT:
-            largest = max(largest, people[i].blocked)
-    return largest
+            lost += people[i].blocked
+    return lost
 
 
 @scalar
@@ -146,7 +149,7 @@ def reward_terms(
     out[CONTACT] = 0.0
     out[ARRIVAL] = 0.0
     if record.outcome == ARRIVED:
-        out[ARRIVAL] = record.time_left
+        out[ARRIVAL] = record.time_left_s
     elif record.outcome in (CONTACT_PERSON, CONTACT_WALL):
         out[CONTACT] = contact_severity(record.cause, record.contact_speed_mps)
 

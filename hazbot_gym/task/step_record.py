@@ -32,7 +32,7 @@ STEP = np.dtype(
         ("outcome", "i8"),  # RUNNING, ARRIVED, ...
         ("cause", "i8"),  # of a contact: BY_ROBOT or BY_PERSON
         ("contact_speed_mps", "f8"),  # relative speed of a contact
-        ("time_left", "f8"),  # remaining fraction of the horizon
+        ("time_left_s", "f8"),  # remaining time to the horizon [s]
     ],
     align=True,
 )
@@ -48,7 +48,7 @@ class StepRecord(Protocol):
     outcome: int
     cause: int
     contact_speed_mps: float
-    time_left: float
+    time_left_s: float
 
 
 DEPTH, DISCOMFORT = range(2)  # measures of nearness, in the order of ``NEARNESS``

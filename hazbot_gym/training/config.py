@@ -73,7 +73,7 @@ class TrainConfig(Section):
     """All values that determine a run's weights; the output folder is not part of them."""
 
     algorithm: Algorithm = "ppo"
-    env: SomeNames = (f"{NAMESPACE}/Corridor-v0",)
+    env: SomeNames = (f"{NAMESPACE}/Corridor-v1",)
     overrides: dict[str, object] = Field(default_factory=dict)  # of the environments' config
     worlds: Annotated[int, Ge(1), Le(100_000)] = (
         512  # parallel worlds, split among the environments

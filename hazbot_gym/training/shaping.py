@@ -6,12 +6,13 @@ predict the arrival term at all. Potential-based shaping (Ng, Harada and Russell
 their gamma = 1) subtracts the reward of a free drive:
 
     r'(t) = r(t) + Phi(t+1) - Phi(t)
-    Phi(t) = w_p n + w_a (1 - (t + n) / H), and 0 after the end
+    Phi(t) = w_p n + w_a (H - t - n) dt, and 0 after the end
 
-with n the remaining decisions at nominal speed, H the horizon in decisions, w_p and w_a the weights
-of progress and arrival. The remaining reward consists of the penalties and the delay, w_a
-(1 - advance) / H. The r' of an episode sum to its return minus Phi(0), a constant. For this to
-hold, a timeout is a termination, and its value is not bootstrapped: the rest of the path is lost.
+with n the remaining decisions at nominal speed, H the horizon in decisions, dt the time of one, w_p
+and w_a the weights of progress and arrival. The remaining reward consists of the penalties and the
+delay, w_a (1 - advance) dt. The r' of an episode sum to its return minus Phi(0), a constant. For
+this to hold, a timeout is a termination, and its value is not bootstrapped: the rest of the path is
+lost.
 """
 
 from __future__ import annotations
@@ -63,6 +64,6 @@ class ShapedRewards(VecEnvWrapper):
     def potential(self) -> Floats:
         """Return Phi (N,) of the running episodes."""
         left = np.maximum(self._path - self._advance, 0.0)
-        time_left = 1.0 - (self._steps + left) / self._horizon
-        found: Floats = self._progress * left + self._arrival * time_left
+        time_left_s = (self._horizon - self._steps - left) * self._decision_s
+        found: Floats = self._progress * left + self._arrival * time_left_s
         return found

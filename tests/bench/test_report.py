@@ -27,7 +27,7 @@ def test_terminal_shows_cases_goals_and_machine(record: dict[str, Any]) -> None:
     out = io.StringIO()
     Console(file=out, width=120).print(table(record))
     for text in (
-        "hazbot_gym/Corridor-v0",
+        "hazbot_gym/Corridor-v1",
         "batched, 8192 worlds, 10 people",
         "at least 60",
         "four people",

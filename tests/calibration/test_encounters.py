@@ -16,7 +16,14 @@ from hazbot_gym.calibration.encounter_walk import (
     recorded_outcome,
     stage_of,
 )
-from hazbot_gym.calibration.encounters import SHIPPED, load_encounters, outcomes, split, staged
+from hazbot_gym.calibration.encounters import (
+    PUBLISHED,
+    SHIPPED,
+    load_encounters,
+    outcomes,
+    split,
+    staged,
+)
 from hazbot_gym.calibration.encounters_report import tables
 from hazbot_gym.cli import app
 from hazbot_gym.core.social_force import Reaction
@@ -51,7 +58,7 @@ def test_person_who_ignores_the_robot_walks_as_recorded(met: Path) -> None:
     assert recorded.closest_m == pytest.approx(0.6, abs=0.02)
     assert recorded.slowest == pytest.approx(1.0, abs=0.05)
     stage = stage_of(meeting, load_place("open"))
-    force = SHIPPED.force()._replace(jitter_mps2=0.0)
+    force = PUBLISHED.force()._replace(jitter_mps2=0.0)
     walked = model_outcome(stage, force, Reaction(gain=0.0, range_m=0.0), key=0)
     assert walked.closest_m == pytest.approx(recorded.closest_m, abs=0.03)
 
@@ -59,9 +66,9 @@ def test_person_who_ignores_the_robot_walks_as_recorded(met: Path) -> None:
 def test_stronger_response_keeps_people_farther_away(met: Path) -> None:
     encounters = staged(load_encounters(met))
     closest_m = [
-        model.summary(outcomes(encounters, SHIPPED._replace(robot_strength_mps2=strength))[GROUP])[
-            1
-        ]
+        model.summary(
+            outcomes(encounters, PUBLISHED._replace(robot_strength_mps2=strength))[GROUP]
+        )[1]
         for strength in (0.2, 3.0, 12.0)
     ]
     assert closest_m == sorted(closest_m)
@@ -111,14 +118,14 @@ def test_no_scene_is_fitted_on_and_held_out(met: Path) -> None:
 
 def test_fit_finds_a_response_with_the_same_outcomes(met: Path) -> None:
     encounters = staged(load_encounters(met)).of(["1", "3"])
-    made = outcomes(encounters, SHIPPED._replace(robot_range_m=0.5, noticed_m=3.0))
+    made = outcomes(encounters, PUBLISHED._replace(robot_range_m=0.5, noticed_m=3.0))
     found = model.fit(encounters, made, seed=0)
-    assert model.loss(encounters, found, made) < 0.2 * model.loss(encounters, SHIPPED, made)
+    assert model.loss(encounters, found, made) < 0.2 * model.loss(encounters, PUBLISHED, made)
 
 
 def test_gains_are_spread_around_one() -> None:
-    assert {each.gain for each in SHIPPED.reactions()} == {1.0}
-    gains = [each.gain for each in SHIPPED._replace(gain_spread=0.5).reactions()]
+    assert {each.gain for each in PUBLISHED.reactions()} == {1.0}
+    gains = [each.gain for each in PUBLISHED._replace(gain_spread=0.5).reactions()]
     assert gains == sorted(gains)
     assert gains[len(gains) // 2] == pytest.approx(1.0)
     assert gains[0] * gains[-1] == pytest.approx(1.0)
@@ -126,11 +133,11 @@ def test_gains_are_spread_around_one() -> None:
 
 def test_report_has_every_group_on_both_sides(met: Path) -> None:
     fitted, held_out = split(staged(load_encounters(met)))
-    record = model.report(fitted, held_out, SHIPPED)
+    record = model.report(fitted, held_out, PUBLISHED)
     assert [row["fitted_on"] for row in record["groups"]] == [True, False]
     for row, encounters in zip(record["groups"], (fitted, held_out), strict=True):
         assert row["encounters"] == len(encounters.stages)
-        assert row["model"] == row["shipped"]
+        assert row["model"] == row["published"]
         off = max(abs(a - b) for a, b in zip(row["model"][:3], row["recorded"][:3], strict=True))
         assert row["largest_difference_m"] == pytest.approx(off)
         low, high = row["recorded_intervals"][1]
@@ -147,7 +154,7 @@ def test_statistics_of_what_stands_are_missing(tmp_path: Path, standing: str) ->
         for cells in (line.replace("compliant", behaviour).split(",") for line in rows(scene=scene))
     ]
     recordings = load_encounters(written(tmp_path / "met.csv", lines))
-    record = model.report(*split(staged(recordings), ("0",)), SHIPPED)
+    record = model.report(*split(staged(recordings), ("0",)), PUBLISHED)
     record["price"] = price.report(price.drives_of(recordings))
     tables(record)
     json.dumps(record, allow_nan=False)
@@ -181,3 +188,10 @@ def test_record_is_the_evaluation_of_its_response(tracks_dir: Path) -> None:
         assert found["loss"][side] == pytest.approx(loss)
     for row, kept in zip(found["groups"], record["groups"], strict=True):
         assert row["model"] == pytest.approx(kept["model"])
+
+
+def test_the_environments_have_the_fitted_response() -> None:
+    fitted = read_json(RECORD)["response"]
+    shipped = {**SHIPPED._asdict(), "gain_spread": fitted["gain_spread"]}
+    assert shipped == fitted
+    assert fitted["gain_spread"] < 0.05  # one response for all attentive people

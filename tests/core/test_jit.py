@@ -260,7 +260,7 @@ from hazbot_gym.envs.vector import CorridorVectorEnv
 
 walker = {"x_m": 3.0, "y_m": 0.3, "vx_mps": -0.5, "vy_mps": 0.0}
 options = {"people": {"model": "scripted", "walkers": [walker]}, "place": sys.argv[1]}
-env = gymnasium.make("hazbot_gym/Corridor-v0", **options)
+env = gymnasium.make("hazbot_gym/Corridor-v1", **options)
 worlds = CorridorVectorEnv(2, threads=1, **options)
 numbers, (seen, _) = [*env.reset(seed=3)[0]], worlds.reset(seed=3)
 numbers += seen.ravel().tolist()

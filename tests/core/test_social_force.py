@@ -19,6 +19,7 @@ from hazbot_gym.core.social_force import (
 from hazbot_gym.core.state import Floats, Records, as_record
 
 FORCE = SocialForce()
+SIDESTEP = (FORCE.sidestep_mps2, FORCE.sidestep_range_m)
 STRENGTH, RANGE_M = FORCE.person_strength_mps2, FORCE.person_range_m
 
 METRES = st.floats(-3.0, 3.0)
@@ -139,7 +140,7 @@ def test_wall_pushes_along_its_normal_and_no_harder_than_at_a_touch() -> None:
     [(0.5, -1.0), (-0.5, 1.0), (0.0, -1.0), (-1e-4, -1.0)],  # in doubt to the right
 )
 def test_walker_steps_to_the_side_on_which_it_already_is(left_m: float, side: float) -> None:
-    ax, ay = sidestep_force(*unit((2.0, left_m))[:2], 1.0, 0.0, 1.5, FORCE)
+    ax, ay = sidestep_force(*unit((2.0, left_m))[:2], 1.0, 0.0, 1.5, *SIDESTEP)
 
     assert ax == 0.0
     assert math.copysign(1.0, ay) == side
@@ -153,11 +154,11 @@ def test_sidestep_is_across_the_way_and_bounded(
     assume(abs(math.sin(bearing)) > 0.01)
     n = (math.cos(course + bearing), math.sin(course + bearing))
     e = (math.cos(course), math.sin(course))
-    ax, ay = sidestep_force(*n, *e, gap_m, FORCE)
+    ax, ay = sidestep_force(*n, *e, gap_m, *SIDESTEP)
 
     assert ax * e[0] + ay * e[1] == pytest.approx(0.0, abs=1e-9)
     assert math.hypot(ax, ay) <= FORCE.sidestep_mps2 + 1e-9
-    assert sidestep_force(*mirrored(n), *mirrored(e), gap_m, FORCE) == pytest.approx(
+    assert sidestep_force(*mirrored(n), *mirrored(e), gap_m, *SIDESTEP) == pytest.approx(
         mirrored((ax, ay))
     )
     if gap_m >= FORCE.sidestep_range_m or math.cos(bearing) <= 0.0:
@@ -166,7 +167,7 @@ def test_sidestep_is_across_the_way_and_bounded(
 
 def test_sidestep_grows_as_the_obstacle_comes_near_and_lies_ahead() -> None:
     def strength(left_m: float, gap_m: float) -> float:
-        return math.hypot(*sidestep_force(*unit((2.0, left_m))[:2], 1.0, 0.0, gap_m, FORCE))
+        return math.hypot(*sidestep_force(*unit((2.0, left_m))[:2], 1.0, 0.0, gap_m, *SIDESTEP))
 
     assert strength(0.1, 0.5) > strength(0.1, 1.5) > strength(0.1, 2.9) > 0.0
     assert strength(0.1, 1.0) > strength(1.0, 1.0) > strength(3.0, 1.0) > 0.0
@@ -181,7 +182,7 @@ def compiled_forces(rows: Floats, force: Records, out: Floats) -> None:
         fx, fy = elliptical_repulsion(rx / r, ry / r, r, sx, sy, 7.0, 0.3)
         out[i, 0], out[i, 1] = fx, fy
         out[i, 2] = view_weight(0.6, 0.8, fx, fy, force[0])
-        out[i, 3], out[i, 4] = sidestep_force(rx / r, ry / r, 0.6, 0.8, abs(sx), force[0])
+        out[i, 3], out[i, 4] = sidestep_force(rx / r, ry / r, 0.6, 0.8, abs(sx), 0.812, 3.0)
 
 
 def test_compiled_code_agrees_with_python() -> None:
@@ -193,5 +194,5 @@ def test_compiled_code_agrees_with_python() -> None:
         nx, ny, r = unit((rx, ry))
         push = elliptical_repulsion(nx, ny, r, sx, sy, 7.0, 0.3)
         weight = view_weight(0.6, 0.8, *push, FORCE)
-        step = sidestep_force(nx, ny, 0.6, 0.8, abs(sx), FORCE)
+        step = sidestep_force(nx, ny, 0.6, 0.8, abs(sx), 0.812, 3.0)
         assert row == pytest.approx([*push, weight, *step], rel=1e-12, abs=1e-15)

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import study_report
 from study_record import KEPT, RATES, record_of, small_record_of
-from study_report import page, readme_table, recorded_people
+from study_report import first_table, page, recorded_people, shipped_gain, shipped_table
 from study_targets import sonar_targets, tracks_targets
 
 from hazbot_gym.study.headline import POOLED
@@ -121,7 +121,7 @@ GOOD = {"delay_s": 1.4, "discomfort_s": 0.02}
 def test_page_leaves_no_placeholder_and_shows_every_policy(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(study_report, "README_POLICIES", ("residual",))
+    monkeypatch.setattr(study_report, "FIRST_POLICIES", ("residual",))
     found = {name: record(**GOOD) for name in ("tracks", "sonar", "observations")} | SMALL
     text = page(TEMPLATE, found, name="benchmarks/study.json")
     assert "$" not in text
@@ -130,12 +130,46 @@ def test_page_leaves_no_placeholder_and_shows_every_policy(
     assert "1.40 (1.39 to 1.41)" in text
 
 
-def test_headline_for_the_readme_has_six_policies(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert len(study_report.README_POLICIES) == 6
-    monkeypatch.setattr(study_report, "README_POLICIES", ("residual",))
-    table = readme_table({"tracks": record(**GOOD)})
+def test_headline_of_the_first_study_has_the_chosen_policies(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(study_report, "FIRST_POLICIES", ("residual",))
+    table = first_table({"tracks": record(**GOOD)})
     assert "| `residual` | 1.40 | 0.00 | 0.000 | 0.00 | 0.00 | 0.0 |" in table
     assert "directional" not in table
+
+
+def shipped(gain: float) -> dict[str, Any]:
+    """Return a record in which the base rule has twice the policy's gain."""
+    gains = {"fuzzy_expert": 0.0, "ssm:mode=strict,margin_m=0.3": 2.0 * gain, "ppo": gain}
+    block = {
+        name: policy(**{"return": 50.0 + each}) | {"return_gain": estimate(each)}
+        for name, each in gains.items()
+    }
+    sets = {"test/Crossing": block, "test/Leading": block, "test": block}
+    return {"shipped": small_record_of({"study": "x", "reference": "fuzzy_expert", "sets": sets})}
+
+
+def test_headline_for_the_readme_has_every_policy_and_counts_environments() -> None:
+    table = shipped_table(shipped(3.0))
+    assert "| `ppo` | 1.50 | 0.00 | 0.000 | 0.00 | 0.00 | 0.0 | 53.0 |" in table
+    assert "1000 test scenarios in 2 environments" in table
+
+
+@pytest.mark.parametrize(
+    ("gain", "verdict", "higher"),
+    [
+        (3.0, "earns more than", "`ssm:mode=strict,margin_m=0.3`."),
+        (-3.0, "earns less than", "`fuzzy_expert`."),
+        (0.005, "does not clearly earn more than", "`ssm:mode=strict,margin_m=0.3`."),
+    ],
+)
+def test_result_of_the_shipped_policy_follows_the_interval(
+    gain: float, verdict: str, higher: str
+) -> None:
+    text = shipped_gain(shipped(gain))
+    assert f"{verdict} the fuzzy expert" in text
+    assert text.endswith(f"Higher mean return than `ppo`: {higher}")
 
 
 @pytest.mark.parametrize(

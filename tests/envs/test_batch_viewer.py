@@ -102,7 +102,7 @@ def test_a_copy_shows_the_same() -> None:
 )
 def test_gymnasium_records_all_worlds(tmp_path: Path) -> None:
     made = gymnasium.make_vec(
-        "hazbot_gym/Corridor-v0", 2, vectorization_mode="vector_entry_point", **SHORT
+        "hazbot_gym/Corridor-v1", 2, vectorization_mode="vector_entry_point", **SHORT
     )
     video_of = wrappers.vector.RecordVideo
     envs = video_of(made, str(tmp_path / "video"), episode_trigger=lambda episode: episode == 0)

@@ -24,7 +24,7 @@ DECELERATES, STOPS = 0.98, 0.05  # shares of the nominal speed
 @functools.cache
 def commands(scenario: str, rules: str = "complete32") -> Floats:
     """Return the commanded speeds of an episode [m/s], the k-th at time 0.1 k s."""
-    env = gymnasium.make("hazbot_gym/Corridor-v0", scenario=scenario)
+    env = gymnasium.make("hazbot_gym/Corridor-v1", scenario=scenario)
     expert = FuzzyExpert(rules=rules)  # type: ignore[arg-type]
     observation, _ = env.reset(seed=0)
     speeds, is_over = [], False
@@ -62,7 +62,7 @@ def test_the_expert_is_at_full_speed_again_when_the_paper_says(name: str) -> Non
 
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_the_walker_is_labelled_as_the_scenario_says(name: str) -> None:
-    env = gymnasium.make("hazbot_gym/Corridor-v0", scenario=name)
+    env = gymnasium.make("hazbot_gym/Corridor-v1", scenario=name)
     observation, _ = env.reset(seed=0)
     label = f"person0_{SCENARIOS[name]['pattern']}"
     seen = []

@@ -58,7 +58,7 @@ def test_torchrl_reads_a_batch_that_resets_in_the_same_step(kind: int) -> None:
 def test_torchrl_reads_a_batch_that_does_not_reset_by_itself() -> None:
     envs = pytest.importorskip("torchrl.envs")
     made = gymnasium.make_vec(
-        "hazbot_gym/Corridor-v0", 2, "vector_entry_point", autoreset_mode="Disabled",
+        "hazbot_gym/Corridor-v1", 2, "vector_entry_point", autoreset_mode="Disabled",
         max_episode_steps=20,
     )  # fmt: skip
     told = envs.GymWrapper(made).rollout(60, break_when_any_done=False)

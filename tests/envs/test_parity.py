@@ -221,7 +221,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "another clock": {"clock": {"physics_s": 0.005, "social_s": 0.1, "decision_s": 0.2}},
     "nobody": {"people": {"count": [0, 0]}},
     "crowd": {"people": {"count": [12, 12]}, "place": "intersection"},
-    "discomfort": {"people": {"count": [12, 12]}, "place": "doorway", "nearness": "discomfort"},
+    "depth": {"people": {"count": [12, 12]}, "place": "doorway", "nearness": "depth"},
     "named scenario": {"scenario": "E*"},
     "circle and human": {"scenario": "circle+human"},
 }
@@ -234,7 +234,8 @@ def test_both_engines_agree_on_every_option(variant: str) -> None:
 
 
 def test_people_are_touched_at_the_same_moment() -> None:
-    engines = pair(25, preset=ENVIRONMENTS["Doorway-v0"][1], people={"model": "scripted"})
+    sparse = {"model": "scripted", "count": [1, 4]}
+    engines = pair(25, preset=ENVIRONMENTS["Doorway-v1"][1], people=sparse)
     worst, ends = compare(*engines, seed=50)
     assert worst <= TOLERANCE
     assert {"contact_person robot", "contact_person person"} <= set(ends)
@@ -392,5 +393,5 @@ def test_a_hundredth_of_any_constant_is_noticed() -> None:
 def test_a_wider_robot_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Finding contacts is the one thing that the engines do by different code."""
     monkeypatch.setattr(world_module, "ROBOT_RADIUS_M", 0.303)
-    engines = pair(8, preset=ENVIRONMENTS["Doorway-v0"][1], people={"model": "scripted"})
+    engines = pair(8, preset=ENVIRONMENTS["Doorway-v1"][1], people={"model": "scripted"})
     assert compare(*engines, seed=50)[0] > TOLERANCE

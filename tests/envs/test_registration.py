@@ -11,16 +11,16 @@ NAMES = list(ENVIRONMENTS)
 
 def test_the_ids_are_those_of_the_field() -> None:
     assert set(NAMES) == {
-        "Corridor-v0",
-        "Crossing-v0",
-        "Encountering-v0",
-        "Leading-v0",
-        "Confronting-v0",
-        "Circle-v0",
-        "Intersection-v0",
-        "Doorway-v0",
-        "Aisle-v0",
-        "Replay-v0",
+        "Corridor-v1",
+        "Crossing-v1",
+        "Encountering-v1",
+        "Leading-v1",
+        "Confronting-v1",
+        "Circle-v1",
+        "Intersection-v1",
+        "Doorway-v1",
+        "Aisle-v1",
+        "Replay-v1",
     }
 
 
@@ -53,13 +53,13 @@ def test_registering_again_changes_nothing() -> None:
 
 @pytest.mark.parametrize("family", ["crossing", "encountering", "leading", "confronting"])
 def test_a_family_s_id_asks_for_that_family(family: str) -> None:
-    env = gymnasium.make(f"{NAMESPACE}/{family.capitalize()}-v0").unwrapped
+    env = gymnasium.make(f"{NAMESPACE}/{family.capitalize()}-v1").unwrapped
     assert isinstance(env, CorridorEnv)
     assert env.config.people.family == family
 
 
 def test_overrides_are_laid_over_the_preset_of_the_id() -> None:
-    env = gymnasium.make(f"{NAMESPACE}/Crossing-v0", people={"count": [2, 2]}).unwrapped
+    env = gymnasium.make(f"{NAMESPACE}/Crossing-v1", people={"count": [2, 2]}).unwrapped
     assert isinstance(env, CorridorEnv)
     assert env.config.people.count == (2, 2)
     assert env.config.people.family == "crossing"

@@ -340,16 +340,16 @@ def test_attributes_are_those_of_single_environments() -> None:
         assert not envs.has_attr(name)
     spec = envs.get_attr("spec")[0]
     again = gymnasium.make(EnvSpec.from_json(spec.to_json())).unwrapped
-    assert (spec.id, again.config) == ("hazbot_gym/Corridor-v0", single.config)
+    assert (spec.id, again.config) == ("hazbot_gym/Corridor-v1", single.config)
 
 
 def test_an_environment_is_named_by_its_id() -> None:
-    envs = CorridorVecEnv(2, id="hazbot_gym/Circle-v0", tier="sonar", seed=5)
-    env = gymnasium.make("hazbot_gym/Circle-v0", tier="sonar")
+    envs = CorridorVecEnv(2, id="hazbot_gym/Circle-v1", tier="sonar", seed=5)
+    env = gymnasium.make("hazbot_gym/Circle-v1", tier="sonar")
     assert envs.reset()[0] == pytest.approx(env.reset(seed=5)[0], abs=1e-6)
     assert envs.get_attr("config") == 2 * [env.unwrapped.config]
-    assert envs.get_attr("spec")[0].id == "hazbot_gym/Circle-v0"
-    for bad in ("hazbot_gym/Circus-v0", "CartPole-v1", "nowhere/X-v0"):
+    assert envs.get_attr("spec")[0].id == "hazbot_gym/Circle-v1"
+    for bad in ("hazbot_gym/Circus-v1", "CartPole-v1", "nowhere/X-v0"):
         with refused(f"id ... '{bad}'"):
             CorridorVecEnv(2, id=bad)
 

@@ -18,7 +18,7 @@ from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.sb3 import CorridorVecEnv
 from tests.refusals import refused
 
-ENCOUNTERING = "hazbot_gym/Encountering-v0"
+ENCOUNTERING = "hazbot_gym/Encountering-v1"
 SHORT: dict[str, Any] = {"place": "doorway", "config": {"max_episode_steps": 60}}
 
 
@@ -54,7 +54,7 @@ def test_the_horizon_and_id_are_those_of_the_single_environments() -> None:
     batch, loop = pair(env_kwargs={"max_episode_steps": 40})
     assert batch.get_attr("spec")[0].id == loop.get_attr("spec")[0].id == ENCOUNTERING
     assert batch.get_attr("config")[0].max_episode_steps == 40
-    circle = make_vec_env("hazbot_gym/Circle-v0", 2, vec_env_cls=CorridorVecEnv)  # type: ignore[arg-type]
+    circle = make_vec_env("hazbot_gym/Circle-v1", 2, vec_env_cls=CorridorVecEnv)  # type: ignore[arg-type]
     assert circle.get_attr("spec")[0].max_episode_steps == 1000
 
 

@@ -235,12 +235,12 @@ def test_reward_terms_are_those_of_the_reward() -> None:
 @pytest.mark.parametrize(
     ("arguments", "steps"),
     [
-        ({}, 600),
+        ({}, 1200),
         ({"max_episode_steps": 40}, 40),
         ({"max_episode_steps": 700}, 700),
         ({"config": {"max_episode_steps": 50}}, 50),
         ({"config": make_config(max_episode_steps=60)}, 60),
-        ({"config": {"tier": "sonar"}}, 600),
+        ({"config": {"tier": "sonar"}}, 1200),
         ({"config": {"max_episode_steps": 1000}}, 1000),
         ({"config": {"max_episode_steps": 50}, "max_episode_steps": 60}, 60),
         ({"scenario": "circle+human"}, 800),

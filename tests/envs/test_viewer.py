@@ -173,7 +173,7 @@ def test_a_screenless_machine_is_told_what_helps(monkeypatch: pytest.MonkeyPatch
 
 
 def test_gymnasium_records_a_film(tmp_path: Path) -> None:
-    env = gymnasium.make("hazbot_gym/Corridor-v0", render_mode="rgb_array", max_episode_steps=5)
+    env = gymnasium.make("hazbot_gym/Corridor-v1", render_mode="rgb_array", max_episode_steps=5)
     recorder = RecordVideo(env, str(tmp_path / "videos"))
     recorder.reset(seed=1)
     drive(recorder, 5)

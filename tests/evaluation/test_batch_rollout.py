@@ -15,7 +15,7 @@ from hazbot_gym.policies.constant import Constant
 from tests.refusals import refused
 
 REPLAYS = tuple(
-    ScenarioSet(name=model, env="hazbot_gym/Replay-v0", overrides={"people": {"model": model}})
+    ScenarioSet(name=model, env="hazbot_gym/Replay-v1", overrides={"people": {"model": model}})
     for model in ("replay", "seeded")
 )
 
@@ -124,9 +124,9 @@ def test_a_policy_that_cannot_act_on_stacks_is_refused_in_a_line_and_runs_on_pym
 ) -> None:
     where = {"scenario": "E*", "max_episode_steps": 3}
     with refused(f"'mine:{name}' ... {complaint} ... engine pymunk"):
-        evaluate(f"mine:{name}", "hazbot_gym/Corridor-v0", episodes=2, overrides=where)
+        evaluate(f"mine:{name}", "hazbot_gym/Corridor-v1", episodes=2, overrides=where)
     rows = evaluate(
-        f"mine:{name}", "hazbot_gym/Corridor-v0", episodes=1, overrides=where, engine="pymunk"
+        f"mine:{name}", "hazbot_gym/Corridor-v1", episodes=1, overrides=where, engine="pymunk"
     )
     assert rows[0]["steps"] == 3
 
@@ -149,5 +149,5 @@ def test_a_policy_of_the_user_that_fails_in_an_episode_is_one_line(
     where = {"scenario": "E*", "action_type": action_type}
     with refused(complaint):
         evaluate(
-            f"mine:{name}", "hazbot_gym/Corridor-v0", episodes=2, overrides=where, engine=engine
+            f"mine:{name}", "hazbot_gym/Corridor-v1", episodes=2, overrides=where, engine=engine
         )

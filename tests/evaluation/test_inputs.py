@@ -77,7 +77,7 @@ def test_policies_of_the_library_depend_on_their_weights_alone(tmp_path: Path) -
 
 
 def circle(name: str, **overrides: Any) -> ScenarioSet:
-    return ScenarioSet(name=name, env="hazbot_gym/Corridor-v0", overrides=overrides)
+    return ScenarioSet(name=name, env="hazbot_gym/Corridor-v1", overrides=overrides)
 
 
 @pytest.fixture
@@ -93,7 +93,7 @@ def study(tmp_path: Path) -> StudyConfig:
         circle("plain"),
         circle("place", place=str(place)),
         circle("config", config=str(config)),
-        ScenarioSet(name="tracks", env="hazbot_gym/Replay-v0", overrides=replayed),
+        ScenarioSet(name="tracks", env="hazbot_gym/Replay-v1", overrides=replayed),
     ]
     return load_study(sets=sets, policies=["constant:1.0"])
 

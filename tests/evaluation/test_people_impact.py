@@ -98,7 +98,7 @@ def test_a_recording_is_played_as_it_is() -> None:
 
 def episodes(engine: str, preset: str, people: dict[str, Any]) -> list[Episode]:
     scenarios = ScenarioSet(
-        name=preset, env=f"hazbot_gym/{preset}-v0", overrides={"people": people} if people else {}
+        name=preset, env=f"hazbot_gym/{preset}-v1", overrides={"people": people} if people else {}
     )
     policy = make("constant")
     if engine == "pymunk":

@@ -20,7 +20,7 @@ from hazbot_gym.evaluation.scenario_set import DEFAULT_SETS, ScenarioSet
 from hazbot_gym.policies.constant import Constant
 from tests.refusals import refused
 
-CROSSING = ScenarioSet(name="Crossing", env="hazbot_gym/Crossing-v0")
+CROSSING = ScenarioSet(name="Crossing", env="hazbot_gym/Crossing-v1")
 
 
 class Recorder:
@@ -57,7 +57,7 @@ def test_an_episode_is_recorded_from_start_to_end() -> None:
 
 def test_without_people_full_speed_takes_the_free_time() -> None:
     nobody = {"people": {"count": [0, 0]}}
-    (row,) = evaluate("constant:1.0", "hazbot_gym/Corridor-v0", episodes=1, overrides=nobody)
+    (row,) = evaluate("constant:1.0", "hazbot_gym/Corridor-v1", episodes=1, overrides=nobody)
     assert row["arrived"] == 1
     assert row["time_ratio"] == pytest.approx(1.0, abs=0.02)
     assert row["delay_s"] == pytest.approx(0.0, abs=0.5)
@@ -69,7 +69,7 @@ def test_without_people_full_speed_takes_the_free_time() -> None:
 def test_discomfort_is_the_intrusion_of_a_reward_that_charges_it(engine: str) -> None:
     overrides = {"nearness": "discomfort"}
     rows = evaluate(
-        "constant:0.8", "hazbot_gym/Crossing-v0", episodes=3, overrides=overrides, engine=engine
+        "constant:0.8", "hazbot_gym/Crossing-v1", episodes=3, overrides=overrides, engine=engine
     )
     felt_s = [row["discomfort_s"] for row in rows]
     assert felt_s == pytest.approx([0.1 * row["reward_intrusion"] for row in rows])
@@ -80,7 +80,7 @@ def test_discomfort_is_the_intrusion_of_a_reward_that_charges_it(engine: str) ->
 def test_a_standing_robot_times_out_at_a_limit_set_from_outside(engine: str) -> None:
     limit = {"max_episode_steps": 20}
     (row,) = evaluate(
-        "constant:0.0", "hazbot_gym/Corridor-v0", episodes=1, overrides=limit, engine=engine
+        "constant:0.0", "hazbot_gym/Corridor-v1", episodes=1, overrides=limit, engine=engine
     )
     assert row["timeout"] == 1
     assert row["steps"] == 20
@@ -136,7 +136,7 @@ def test_every_episode_of_every_set_has_a_seed_of_its_own() -> None:
 def test_levels_are_played_where_an_environment_has_them(engine: str) -> None:
     (row,) = evaluate(
         "constant:0.5",
-        "hazbot_gym/Corridor-v0",
+        "hazbot_gym/Corridor-v1",
         episodes=1,
         overrides={"action_type": "discrete", "people": {"count": [0, 0]}},
         engine=engine,
@@ -156,21 +156,21 @@ def test_people_are_stacked_with_gaps_where_they_are_absent() -> None:
     assert stack_people(none, none, np.empty((0, len(PERSON_COLUMNS))), 2)[1].shape == (2, 0, 5)
 
 
-@pytest.mark.parametrize("env_id", ["CartPole-v1", "hazbot_gym/Nowhere-v0", "nowhere:Env-v0", "x"])
+@pytest.mark.parametrize("env_id", ["CartPole-v1", "hazbot_gym/Nowhere-v1", "nowhere:Env-v0", "x"])
 def test_an_environment_that_is_not_ours_is_refused_with_those_that_are(env_id: str) -> None:
-    with refused("hazbot_gym/Corridor-v0"):
+    with refused("hazbot_gym/Corridor-v1"):
         evaluate("constant", env_id, episodes=1)
 
 
 def test_an_environment_may_be_named_without_its_namespace() -> None:
-    assert scenario_set("Circle-v0") == scenario_set("hazbot_gym/Circle-v0")
-    assert scenario_set("Circle-v0").env == "hazbot_gym/Circle-v0"
+    assert scenario_set("Circle-v1") == scenario_set("hazbot_gym/Circle-v1")
+    assert scenario_set("Circle-v1").env == "hazbot_gym/Circle-v1"
 
 
 @pytest.mark.parametrize("engine", ["batched", "pymunk"])
 def test_horizon_that_is_set_is_the_one_that_is_run(engine: str) -> None:
     longer = {"max_episode_steps": 700, "people": {"count": [0, 0]}}
-    (row,) = evaluate("constant:0.0", "Corridor-v0", episodes=1, overrides=longer, engine=engine)
+    (row,) = evaluate("constant:0.0", "Corridor-v1", episodes=1, overrides=longer, engine=engine)
 
     assert (row["outcome"], row["steps"]) == ("timeout", 700)
 
@@ -181,7 +181,7 @@ def test_horizon_that_is_none_is_refused_in_one_line(horizon: Any, engine: str) 
     with refused("max_episode_steps"):
         evaluate(
             "constant:0.0",
-            "Corridor-v0",
+            "Corridor-v1",
             episodes=1,
             overrides={"max_episode_steps": horizon},
             engine=engine,
@@ -192,7 +192,7 @@ def test_horizon_that_is_none_is_refused_in_one_line(horizon: Any, engine: str) 
 @pytest.mark.parametrize("key", ["given", "preset", "render_mode", "num_envs", "id", "threads"])
 def test_override_that_is_no_field_is_refused(key: str, engine: str) -> None:
     with refused(f"{key}"):
-        evaluate("constant", "Corridor-v0", episodes=1, overrides={key: 1}, engine=engine)
+        evaluate("constant", "Corridor-v1", episodes=1, overrides={key: 1}, engine=engine)
 
 
 def test_all_environments_of_the_default_study_exist() -> None:
@@ -201,13 +201,13 @@ def test_all_environments_of_the_default_study_exist() -> None:
 
 def test_an_engine_that_is_none_is_refused() -> None:
     with refused("engine ... 'steam' ... batched ... pymunk"):
-        evaluate("constant", "hazbot_gym/Corridor-v0", episodes=1, engine="steam")
+        evaluate("constant", "hazbot_gym/Corridor-v1", episodes=1, engine="steam")
 
 
 @pytest.mark.parametrize(("episodes", "seed"), [(0, 0), (1, -1)])
 def test_senseless_numbers_are_refused(episodes: int, seed: int) -> None:
     with refused("given"):
-        evaluate("constant", "hazbot_gym/Corridor-v0", episodes=episodes, seed=seed)
+        evaluate("constant", "hazbot_gym/Corridor-v1", episodes=episodes, seed=seed)
 
 
 @pytest.mark.parametrize(
@@ -225,7 +225,7 @@ def test_senseless_numbers_are_refused(episodes: int, seed: int) -> None:
     ],
 )
 def test_arguments_of_another_type_are_one_line(changed: dict[str, Any], named: str) -> None:
-    usual = {"policy": "constant", "env_id": "hazbot_gym/Corridor-v0", "episodes": 1}
+    usual = {"policy": "constant", "env_id": "hazbot_gym/Corridor-v1", "episodes": 1}
     with refused(named):
         evaluate(**(usual | changed))  # type: ignore[arg-type]
 
@@ -243,7 +243,7 @@ class Answers:
 @pytest.mark.parametrize(
     ("env", "policy", "seed", "named"),
     [
-        ("hazbot_gym/Corridor-v0", Constant(), 0, "env ... 'hazbot_gym/Corridor-v0'"),
+        ("hazbot_gym/Corridor-v1", Constant(), 0, "env ... 'hazbot_gym/Corridor-v1'"),
         (None, "constant", 0, "policy ... 'constant'"),
         (None, Constant, 0, "policy ... <class"),
         (None, Constant(), -1, "seed ... -1"),
@@ -258,4 +258,4 @@ def test_small_mistakes_in_an_episode_are_one_line(
     env: Any, policy: Any, seed: Any, named: str
 ) -> None:
     with refused(named):
-        run_episode(env or make_env(scenario_set("hazbot_gym/Corridor-v0")), policy, seed)
+        run_episode(env or make_env(scenario_set("hazbot_gym/Corridor-v1")), policy, seed)

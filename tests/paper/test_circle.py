@@ -65,7 +65,7 @@ def test_fuzzy_pid_with_the_other_sign_is_worse_than_pid() -> None:
 
 
 def test_the_environment_drives_the_same_lap() -> None:
-    env = gymnasium.make("hazbot_gym/Corridor-v0", scenario="circle")
+    env = gymnasium.make("hazbot_gym/Corridor-v1", scenario="circle")
     env.reset(seed=0)
     seen = []
     for _ in range(430):

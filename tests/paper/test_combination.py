@@ -26,7 +26,7 @@ def test_robot_waits_for_the_human_and_goes_on_along_the_circle() -> None:
 
 
 def test_the_human_is_assessed_as_encountering() -> None:
-    env = gymnasium.make("hazbot_gym/Corridor-v0", scenario=SCENARIO)
+    env = gymnasium.make("hazbot_gym/Corridor-v1", scenario=SCENARIO)
     observation, _ = env.reset(seed=0)
     layout, labels = env.unwrapped._layout, set()  # type: ignore[attr-defined]
     for _ in range(150):

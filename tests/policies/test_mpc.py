@@ -96,11 +96,18 @@ def test_alone_it_gains_speed_level_by_level(
     assert share(Mpc(), observe(v=v, command=v)) == pytest.approx(expected)
 
 
-def test_it_stands_while_somebody_passes_and_drives_on_behind(observe: Maker, share: Maker) -> None:
-    shares = [
-        share(Mpc(), observe((x, 0.9, -1.2, 0.0), v=0.1, command=0.1)) for x in (1.0, 0.0, -1.5)
-    ]
-    assert shares == [0.0, 0.0, pytest.approx(0.4)]
+@pytest.mark.parametrize(
+    ("policy", "v", "expected"),
+    [
+        (Mpc(4.0, nearness="depth"), 0.1, [0.0, 0.0, 0.4]),
+        (Mpc(), 0.3, [0.6, 0.4, 0.8]),  # discomfort counts with v^2: slow is enough
+    ],
+)
+def test_it_waits_while_somebody_passes_and_drives_on_behind(
+    observe: Maker, share: Maker, policy: Mpc, v: float, expected: list[float]
+) -> None:
+    shares = [share(policy, observe((x, 0.9, -1.2, 0.0), v=v, command=v)) for x in (1.0, 0.0, -1.5)]
+    assert shares == pytest.approx(expected)
 
 
 def test_without_caution_only_contact_slows_it_down(observe: Maker, share: Maker) -> None:
@@ -127,7 +134,7 @@ def test_the_way_ahead_bends_as_the_path_does(
     seen = observe((0.0, 1.5, 0.0, 0.0), v=0.2, command=0.2)
     column = TRACKS.names.index("curvature_ahead_per_m")
     seen[column] = curvature / TRACKS.fields[column].scale
-    assert (share(Mpc(caution=1.5), seen) > 0.4) == leads_away
+    assert (share(Mpc(caution=1.5, nearness="depth"), seen) > 0.4) == leads_away
 
 
 def test_places_on_the_way_lie_on_a_line_or_a_circle() -> None:

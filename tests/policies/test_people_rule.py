@@ -101,7 +101,7 @@ def test_fuzzy_expert_on_sonar_misses_who_comes_in_the_blind_sector_alone(
 ) -> None:
     (row,) = evaluate(
         "fuzzy_expert",
-        "hazbot_gym/Corridor-v0",
+        "hazbot_gym/Corridor-v1",
         episodes=1,
         overrides={"scenario": scenario, "tier": tier, "sensors": {"ring": ring}},
     )

@@ -97,6 +97,6 @@ def test_somebody_who_comes_straight_at_it_finds_it_standing(strength: float) ->
 def test_it_arrives_in_the_paper_s_scenarios_on_the_drive_in_earnest() -> None:
     for scenario in ("E-experiment", "C-experiment"):
         (row,) = evaluate(
-            "social_force", "hazbot_gym/Corridor-v0", episodes=1, overrides={"scenario": scenario}
+            "social_force", "hazbot_gym/Corridor-v1", episodes=1, overrides={"scenario": scenario}
         )
         assert row["outcome"] == "arrived"

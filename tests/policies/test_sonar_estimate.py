@@ -215,7 +215,7 @@ def seen_by_six(left: float = DIAGONAL_M, right: float = DIAGONAL_M) -> dict[str
 
 
 def heard_by_six(left_m: Sequence[float]) -> Floats:
-    """Return where a diagonal sensor's readings make somebody out: bearings [rad]."""
+    """Return the bearings of people estimated from a diagonal sensor's readings [rad]."""
     known = None
     for reading_m in left_m:
         known = listen(seen_by_six(reading_m), known, ring=SIX)
@@ -240,7 +240,7 @@ def test_somebody_in_front_of_the_wall_is_found_by_a_diagonal_sensor() -> None:
 def test_people_of_the_reference_world_are_found_where_the_cones_reach() -> None:
     sonar, truth = LAYOUTS["sonar"], LAYOUTS["privileged"]
     options: dict[str, Any] = {"tier": "privileged", "people": {"count": [3, 5]}}
-    env = gymnasium.make("hazbot_gym/Corridor-v0", **options)
+    env = gymnasium.make("hazbot_gym/Corridor-v1", **options)
     errors, hits, alarms = [], [], []
     for seed in range(6):
         observation, _ = env.reset(seed=seed)

@@ -28,3 +28,9 @@ def test_it_stands_while_anybody_is_nearer_than_the_threshold(
 ) -> None:
     policy = make("stop_when_near:stop_m=1.2")
     assert policy.predict(seen(*distances_m))[0] == pytest.approx([action])
+
+
+def test_it_drives_at_its_fraction_of_the_nominal_speed_while_nobody_is_near() -> None:
+    policy = make("stop_when_near:stop_m=1.2,fraction=0.6")
+    assert policy.predict(seen(1.8))[0] == pytest.approx([0.2])
+    assert policy.predict(seen(1.6))[0] == pytest.approx([-1.0])

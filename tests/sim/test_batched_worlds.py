@@ -146,5 +146,5 @@ def test_mechanics_hold_the_configs_constants() -> None:
     assert m.drive["tracking"]["a1"][0] == -2.0
     assert m.drive["dt_s"][0] == m.physics_s == 0.005
     assert m.force["jitter_mps2"][0] == 0.4
-    assert m.reactions["range_m"].tolist() == [4.0, 1.0, 6.0, 4.0]
+    assert m.reactions["range_m"].tolist() == [3.0, 0.0, 6.0, 4.0]
     assert (m.physics_per_social, m.social_per_decision) == (20, 2)

@@ -8,7 +8,7 @@ import pytest
 
 from hazbot_gym.config import make_config
 from hazbot_gym.core.recorded_table import NO_STRETCH, Stretch
-from hazbot_gym.core.social_force import ATTENTIVE, CURIOUS, INATTENTIVE, WARY, SocialForce
+from hazbot_gym.core.social_force import ATTENTIVE, BLIND, CURIOUS, WARY, SocialForce
 from hazbot_gym.core.state import (
     GONE,
     PATH_PIECE,
@@ -32,7 +32,7 @@ from hazbot_gym.task.scenario import ScenarioSampler
 
 DT_S = 0.05
 KEY = np.uint64(5)
-REACTIONS = (ATTENTIVE, INATTENTIVE, WARY, CURIOUS)
+REACTIONS = (ATTENTIVE, BLIND, WARY, CURIOUS)
 CALM = SocialForce(jitter_mps2=0.0)
 
 

@@ -386,7 +386,7 @@ def rays(space: pymunk.Space, robot: Any, axis_rad: float, sonar: Ultrasonic) ->
 @pytest.mark.parametrize("name", ["Corridor", "Intersection", "Aisle", "Doorway"])
 def test_cones_in_closed_form_agree_with_rays_cast_by_pymunk(name: str) -> None:
     sensors = {"ring": "six", "ultrasonic": {"noise_m": 0.0}}
-    env: Any = gymnasium.make(f"hazbot_gym/{name}-v0", sensors=sensors)
+    env: Any = gymnasium.make(f"hazbot_gym/{name}-v1", sensors=sensors)
     env, sonar, heard = env.unwrapped, QUIET_SONAR, 0
     env.reset(seed=3)
     for decision in range(200):

@@ -10,7 +10,7 @@ from hazbot_gym.study.config import StudyConfig
 from tests.refusals import says
 
 SETS = tuple(
-    ScenarioSet(name=name, env="hazbot_gym/Doorway-v0") for name in ("easy", "hard", "odd")
+    ScenarioSet(name=name, env="hazbot_gym/Doorway-v1") for name in ("easy", "hard", "odd")
 )
 STUDY = StudyConfig(policies=("fuzzy_expert", "ppo", "learned:path=a[/b].npz", "ttc"), sets=SETS)
 

@@ -27,7 +27,7 @@ from tests.refusals import refused
 
 KILLS = 5
 TRAINING = {
-    "env": "hazbot_gym/Crossing-v0",
+    "env": "hazbot_gym/Crossing-v1",
     "worlds": 4,
     "steps": 512,
     "overrides": {"max_episode_steps": 20},
@@ -221,12 +221,12 @@ def test_what_cannot_take_part_is_refused_before_anything_is_written(
     ("learner", "named"),
     [
         ({"changes": {"steps": "many"}}, "steps ... 'many'"),
-        ({"changes": {"env": "Nowhere-v0"}}, "env ... 'Nowhere-v0'"),
+        ({"changes": {"env": "Nowhere-v1"}}, "env ... 'Nowhere-v1'"),
         ({"changes": {"options": {"n_stps": 3}}}, "options.n_stps"),
         ({"changes": {"network": {"activation": "ramp"}}}, "network.activation ... 'ramp'"),
         ({"changes": {"overrides": {"tear": "sonar"}}}, "tear"),
         ({"changes": {"algorithm": "sac"}}, "options.n_epochs"),
-        ({"changes": {"worlds": 1, "env": ["Crossing-v0", "Circle-v0"]}}, "worlds ... 1"),
+        ({"changes": {"worlds": 1, "env": ["Crossing-v1", "Circle-v1"]}}, "worlds ... 1"),
         ({"changes": {"seed": 2**32 - 5}, "seeds": 6}, "seed ... 4294967296"),
     ],
 )

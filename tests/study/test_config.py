@@ -8,13 +8,13 @@ from hazbot_gym.evaluation.scenario_set import DEFAULT_SETS, ScenarioSet, parse_
 from hazbot_gym.study.config import load_study
 from tests.refusals import refused
 
-PLAYED = {"name": "real people, replay", "env": "hazbot_gym/Circle-v0"}
+PLAYED = {"name": "real people, replay", "env": "hazbot_gym/Circle-v1"}
 FRONTS = {"sets": ["E*"], "families": ["ttc"], "groups": {"ttc": ["ppo"]}}
 
 
 def test_a_file_holds_deltas_and_changes_go_before_it(tmp_path: Path) -> None:
     file = tmp_path / "study.yaml"
-    file.write_text("episodes: 7\nseed: 3\nsets: [E*, {name: mine, env: hazbot_gym/Circle-v0}]\n")
+    file.write_text("episodes: 7\nseed: 3\nsets: [E*, {name: mine, env: hazbot_gym/Circle-v1}]\n")
     study = load_study(file, seed=4, tracks=None)
     assert (study.episodes, study.seed) == (7, 4)
     assert [scenarios.name for scenarios in study.all_sets] == ["E*", "mine"]
@@ -39,7 +39,7 @@ def test_equal_values_are_the_same_study_and_every_change_makes_another(tmp_path
         {"ssm": {"braking_mps2": 0.5}},
         {"engine": "pymunk"},
         {"policies": ["constant:1.0"]},
-        {"sets": [ScenarioSet(name="E*", env="hazbot_gym/Circle-v0")]},
+        {"sets": [ScenarioSet(name="E*", env="hazbot_gym/Circle-v1")]},
     ]
     identities = [load_study(**change).identity() for change in changes]
     assert len({load_study().identity(), *identities}) == len(changes) + 1
@@ -76,7 +76,7 @@ def test_equal_values_are_the_same_study_and_every_change_makes_another(tmp_path
         ({"trial_overrides": {"tear": "sonar"}}, "tear", "tier"),
         ({"policies": [1]}, "policies.0 ... 1", "string"),
         (
-            {"sets": [{"name": "x", "env": "Circle-v0", "overrides": None}]},
+            {"sets": [{"name": "x", "env": "Circle-v1", "overrides": None}]},
             "sets.0.overrides",
             "dict",
         ),

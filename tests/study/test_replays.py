@@ -118,7 +118,7 @@ def test_the_reward_of_a_replay_sums_to_the_recorded_return(study: page.Study) -
 
 
 def test_the_mark_of_a_contact_is_on_the_robots_rim() -> None:
-    env = make_env(ScenarioSet(name="Corridor", env="hazbot_gym/Corridor-v0"))
+    env = make_env(ScenarioSet(name="Corridor", env="hazbot_gym/Corridor-v1"))
     episode, _ = run_episode(env, make_policy("constant:0.5"), 0)
     (x, y), radius = episode.pose[-1, :2], episode.robot_radius_m
     wall = np.array([[x - 5.0, y - 9.0, x + 5.0, y - 9.0], [x - 5.0, y + 0.3, x + 5.0, y + 0.3]])
@@ -135,7 +135,7 @@ def test_the_mark_of_a_contact_is_on_the_robots_rim() -> None:
 
 def test_discrete_speeds_are_replayed() -> None:
     scenarios = ScenarioSet(
-        name="levels", env="hazbot_gym/Crossing-v0", overrides={"action_type": "discrete"}
+        name="levels", env="hazbot_gym/Crossing-v1", overrides={"action_type": "discrete"}
     )
     study = StudyConfig(policies=("constant:0.4", "stop_on_sight"), sets=(scenarios,))
     shards = [Shard(policy, scenarios, 0, 2, study.seed) for policy in study.policies]
@@ -167,7 +167,7 @@ class Whimsical:
 def test_a_policy_that_does_not_repeat_itself_is_named_and_marked(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    scenarios = ScenarioSet(name="Crossing", env="hazbot_gym/Crossing-v0")
+    scenarios = ScenarioSet(name="Crossing", env="hazbot_gym/Crossing-v1")
     name = f"{__name__}:Whimsical"
     study = StudyConfig(policies=("constant:0.4", name), sets=(scenarios,))
     allowed, console = Permissions(allow_code=True), Console(width=200)

@@ -94,7 +94,7 @@ def test_a_study_leaves_one_row_an_episode_in_a_fixed_order(parallel: Path) -> N
 
 
 def test_no_two_policies_sets_or_seeds_share_a_shard(tmp_path: Path) -> None:
-    sets = [{"name": name, "env": "hazbot_gym/Circle-v0"} for name in ("set", "b--set", "SET")]
+    sets = [{"name": name, "env": "hazbot_gym/Circle-v1"} for name in ("set", "b--set", "SET")]
     study = load_study(sets=sets, episodes=2, episodes_per_shard=1)
     names = {"a": 2, "a-1": 1, "a--b": 1, "A": 1, "best drive": 1, "long" * 99: 1, "я" * 199: 1}
     policies = [
@@ -250,7 +250,7 @@ def test_an_edited_place_is_run_again_and_no_other_set(
     place = tmp_path / "lab.yaml"
     text = "{name: lab, walls: [[-2, 1.2, 14, 1.2]], path: {points: [[0, 0], [12, 0]]}}"
     place.write_text(text)
-    sets = [{"name": "lab", "env": "hazbot_gym/Corridor-v0", "overrides": {"place": str(place)}}]
+    sets = [{"name": "lab", "env": "hazbot_gym/Corridor-v1", "overrides": {"place": str(place)}}]
     study = load_study(policies=["constant:1.0"], sets=["Encountering", *sets], episodes=2)
     run_study(study, tmp_path / "out", workers=1)
     before = pd.read_parquet(tmp_path / "out" / store.EPISODES)
@@ -310,11 +310,11 @@ def test_a_folder_of_another_study_is_refused_and_left_alone(
         ({"policies": ["my_own:Policy"]}, "--allow-code"),
         ({"policies": ["learned:path=evil.zip"]}, "--allow-pickle"),
         ({"policies": ["learned:path=evil.zip,allow_pickle=true"]}, "--allow-pickle"),
-        ({"sets": [{"name": "x", "env": "hazbot_gym/Nowhere-v0"}]}, "Nowhere"),
+        ({"sets": [{"name": "x", "env": "hazbot_gym/Nowhere-v1"}]}, "Nowhere"),
         (
             {
                 "sets": [
-                    {"name": "x", "env": "hazbot_gym/Circle-v0", "overrides": {"tier": "radar"}}
+                    {"name": "x", "env": "hazbot_gym/Circle-v1", "overrides": {"tier": "radar"}}
                 ]
             },
             "radar",

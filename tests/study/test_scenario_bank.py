@@ -80,8 +80,8 @@ def test_a_study_names_a_split_a_group_or_a_set() -> None:
 
 
 def test_a_set_is_run_as_far_as_it_goes() -> None:
-    study = load_study(sets=["bank:test/Crossing", "bank:ood/dense", "E*"], episodes=180)
-    assert [study.episodes_in(each) for each in study.sets] == [180, 100, 1]
+    study = load_study(sets=["bank:test/Crossing", "bank:ood/dense", "E*"], episodes=120)
+    assert [study.episodes_in(each) for each in study.sets] == [120, 60, 1]
 
 
 def test_further_overrides_are_laid_over_those_of_the_bank() -> None:
@@ -142,7 +142,7 @@ def test_rows_of_other_scenarios_under_a_name_of_the_bank_are_refused(
     rows = pd.concat([rows, pd.DataFrame({"scenario": ["E*/000"], "scenario_hash": ["any"]})])
     scenario_bank.check(rows)
     rows["scenario_hash"] = rows["scenario_hash"].iloc[0]
-    with refused("'validation/Crossing/001'"):
+    with refused("'validation/Corridor/001'"):
         scenario_bank.check(rows)
 
 

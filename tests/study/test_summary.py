@@ -18,7 +18,7 @@ from tests.refusals import refused
 EACH = [name for name in HEADLINE if name != PER_KM]  # of a single episode
 STUDY = StudyConfig(
     policies=("constant:0.5", "fuzzy_expert:rules=literal8"),
-    sets=tuple(ScenarioSet(name=name, env="hazbot_gym/Corridor-v0") for name in ("easy", "hard")),
+    sets=tuple(ScenarioSet(name=name, env="hazbot_gym/Corridor-v1") for name in ("easy", "hard")),
     episodes=20,
     resamples=200,
 )

@@ -93,8 +93,22 @@ def test_another_search_s_file_is_left_alone(tmp_path: Path, hill: None) -> None
 
 
 def test_policies_are_judged_on_the_bank_s_validation_scenarios(tmp_path: Path) -> None:
-    assert [each.name.partition("/")[0] for each in VALIDATION] == ["validation"] * 4
+    assert [each.name for each in VALIDATION] == [
+        f"validation/{each}" for each in bank_sets.FAMILIES
+    ]
     search = Search("constant", trials=1, episodes=2, sets=VALIDATION[:1])
     record = tune(search, tmp_path / "c.json")
     shard = rollout.Shard("constant:fraction=1.0", VALIDATION[0], 0, 2, bank_sets.ROOT)
     assert record["best"]["return"] == means(rollout.run_shard(shard))["return"]
+
+
+def test_a_search_runs_no_scenario_that_is_not_in_the_bank(monkeypatch: pytest.MonkeyPatch) -> None:
+    ran: list[int] = []
+
+    def run(shard: rollout.Shard, threads: int) -> list[Any]:
+        ran.append(shard.episodes)
+        return []
+
+    monkeypatch.setattr(rollout, "run_shard", run)
+    tuning.judge("constant", Search("constant", episodes=10**6), 1)
+    assert ran == [each.episodes for each in VALIDATION]

@@ -74,7 +74,7 @@ def test_decision_on_the_way_leaves_the_episode_running() -> None:
     decision = settled(s=5.0, v=0.5)
 
     assert (decision.outcome, decision.cause, decision.contact_speed_mps) == (RUNNING, NOBODY, 0.0)
-    assert decision.time_left == pytest.approx(5.0 / 6.0)
+    assert decision.time_left_s == pytest.approx(50.0)
 
 
 @pytest.mark.parametrize(
@@ -96,7 +96,7 @@ def test_time_runs_out_at_the_horizon() -> None:
     assert settled(s=5.0, steps=599).outcome == RUNNING
     assert settled(s=5.0, steps=600).outcome == TIMEOUT
     assert settled(s=12.0, steps=600).outcome == ARRIVED
-    assert settled(s=12.0, steps=600).time_left == 0.0
+    assert settled(s=12.0, steps=600).time_left_s == 0.0
 
 
 def test_contact_names_its_cause_and_speed_and_comes_before_arrival() -> None:

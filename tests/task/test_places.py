@@ -251,17 +251,17 @@ def test_a_wall_ahead_of_the_end_is_no_narrow_passage() -> None:
 
 
 def test_a_path_longer_than_an_episode_is_doubted(tmp_path: Path) -> None:
-    place = drawn(tmp_path, path={"points": [[0, 0], [40, 0]]})
-    with pytest.warns(DoubtfulPlace, match=r"40.0 m .*80 s .*60 s"):
+    place = drawn(tmp_path, path={"points": [[0, 0], [80, 0]]})
+    with pytest.warns(DoubtfulPlace, match=r"80.0 m .*160 s .*120 s"):
         ScenarioSampler(make_config(place=place))
-    ScenarioSampler(make_config(place=place, max_episode_steps=900))
-    with pytest.warns(DoubtfulPlace, match="corridor.* 50.0 m"):
-        ScenarioSampler(make_config(place_options={"length_m": 50.0}))
+    ScenarioSampler(make_config(place=place, max_episode_steps=1700))
+    with pytest.warns(DoubtfulPlace, match="corridor.* 90.0 m"):
+        ScenarioSampler(make_config(place_options={"length_m": 90.0}))
 
 
 def test_a_path_that_only_the_start_makes_too_long_is_doubted(tmp_path: Path) -> None:
-    ScenarioSampler(make_config(place=drawn(tmp_path, path={"points": [[0, 0], [29.75, 0]]})))
-    place = drawn(tmp_path, path={"points": [[0, 0], [29.9, 0]]})  # 59.7 s at full speed
+    ScenarioSampler(make_config(place=drawn(tmp_path, path={"points": [[0, 0], [59.75, 0]]})))
+    place = drawn(tmp_path, path={"points": [[0, 0], [59.9, 0]]})  # 119.7 s at full speed
     with pytest.warns(DoubtfulPlace, match="yard"):
         ScenarioSampler(make_config(place=place))
 

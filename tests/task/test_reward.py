@@ -97,7 +97,8 @@ def test_every_term_is_within_its_range_whatever_happens(
     )
 
     assert tuple(terms) == RewardWeights._fields
-    assert all(0.0 <= value <= 1.0 for value in terms.values())
+    assert 0.0 <= terms.pop("arrival") <= RULES.horizon * RULES.decision_s
+    assert all(0.0 <= value <= 1.0 for value in terms.values())  # one person at most
 
 
 @pytest.mark.parametrize(("progress", "expected"), [(-0.2, 0.0), (0.4, 0.4), (1.3, 1.0)])
@@ -152,10 +153,10 @@ def test_who_is_not_there_is_neither_intruded_upon_nor_burdened(status: int) -> 
     assert (terms["intrusion"], terms["burden"]) == (0.0, 0.0)
 
 
-def test_burden_is_the_share_of_whom_the_robot_hinders_most() -> None:
+def test_burden_is_the_sum_of_what_people_lose() -> None:
     people = np.concatenate([somebody(2.0, blocked=0.3), somebody(3.0, blocked=0.7)])
 
-    assert judged(people=people)["burden"] == 0.7
+    assert judged(people=people)["burden"] == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(
@@ -178,10 +179,10 @@ def test_one_large_change_of_speed_costs_more_than_two_small_ones() -> None:
     assert 2.0 * half == pytest.approx(0.5)
 
 
-def test_arrival_is_worth_the_share_of_time_that_is_left() -> None:
+def test_arrival_is_worth_the_time_that_is_left_in_seconds() -> None:
     arrived = a_robot(s=12.0)
 
-    assert judged(arrived, steps=25)["arrival"] == pytest.approx(0.75)
+    assert judged(arrived, steps=25)["arrival"] == pytest.approx(7.5)
     assert judged(arrived, steps=100)["arrival"] == 0.0
     assert judged(steps=25)["arrival"] == 0.0
 
@@ -211,8 +212,16 @@ def test_steady_speed_is_worth_more_than_on_and_off_at_the_same_mean() -> None:
     assert a_stroll([0.5] * 20) > a_stroll([1.0, 0.0] * 10)
 
 
-def test_default_weights_make_waiting_better_than_driving_through_intimate_space() -> None:
+def test_a_second_in_intimate_space_at_nominal_speed_costs_more_than_a_second_of_delay() -> None:
     weights = RewardWeights()
-    passing = judged(a_robot(v=0.5), somebody(0.3), progress=1.0)
+    beside = judged(a_robot(v=0.5), somebody(0.3), nearness=DISCOMFORT)["intrusion"]
+    slowly = judged(a_robot(v=0.25), somebody(0.3), nearness=DISCOMFORT)["intrusion"]
 
-    assert weights.progress * passing["progress"] + weights.intrusion * passing["intrusion"] < 0.0
+    assert weights.intrusion * beside / RULES.decision_s < -weights.arrival
+    assert weights.intrusion * slowly / RULES.decision_s > -weights.arrival  # so speed matters
+
+
+def test_a_person_pays_as_much_for_delay_as_the_robot() -> None:
+    weights = RewardWeights()
+    stopped = judged(people=somebody(2.0, blocked=1.0))["burden"]
+    assert weights.burden * stopped / RULES.decision_s == pytest.approx(-weights.arrival)

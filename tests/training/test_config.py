@@ -11,12 +11,12 @@ from tests.refusals import refused
 
 def test_a_file_holds_deltas_and_changes_go_before_it(tmp_path: Path) -> None:
     file = tmp_path / "mine.yaml"
-    file.write_text("algorithm: sac\nseed: 3\nenv: hazbot_gym/Circle-v0\n")
+    file.write_text("algorithm: sac\nseed: 3\nenv: hazbot_gym/Circle-v1\n")
     config = load_training(file, seed=4, steps=None)
     assert (config.algorithm, config.seed, config.steps) == ("sac", 4, TrainConfig().steps)
-    assert config.env == ("hazbot_gym/Circle-v0",)
+    assert config.env == ("hazbot_gym/Circle-v1",)
     (environment,) = config.environments()
-    assert (environment.place, environment.max_episode_steps) == ("circle", 1000)
+    assert (environment.place, environment.max_episode_steps) == ("circle", 2000)
 
 
 @pytest.mark.parametrize("field", ["overrides", "options", "network", "validation", "env"])

@@ -53,7 +53,7 @@ def tiny(name: str = "ppo", **changes: Any) -> TrainConfig:
     if config.imitation:
         values["imitation"] = {"decisions": 96, "epochs": 1, "batch_size": 32}
     if len(config.env) > 1:
-        values["env"] = "hazbot_gym/Corridor-v0"
+        values["env"] = "hazbot_gym/Corridor-v1"
     return load_training(CONFIGS / f"{name}.yaml", **{**values, **changes})
 
 
@@ -224,7 +224,7 @@ def test_the_pymunk_engine_trains_too(tmp_path: Path) -> None:
 
 
 def test_several_environments_are_trained_on_side_by_side(tmp_path: Path) -> None:
-    env = ["hazbot_gym/Corridor-v0", "hazbot_gym/Doorway-v0"]
+    env = ["hazbot_gym/Corridor-v1", "hazbot_gym/Doorway-v1"]
     assert train(tiny(env=env), tmp_path).best["return"] is not None
 
 
@@ -317,7 +317,7 @@ def test_a_policy_that_was_removed_and_cannot_be_written_again_is_told_in_one_li
         ("ppo", {"algorithm": "dqn", "options": {}, "network": {}}, "options: dqn ... Discrete"),
         ("ppo", {"env": "CartPole-v1"}, "CartPole-v1"),
         ("ppo", {"overrides": {"tier": "radar"}}, "radar"),
-        ("ppo", {"env": ["hazbot_gym/Corridor-v0"] * 5}, "worlds: given 4, allowed is 5"),
+        ("ppo", {"env": ["hazbot_gym/Corridor-v1"] * 5}, "worlds: given 4, allowed is 5"),
         ("ppo", {"residual": {"base": "nobody"}}, "residual.base: given 'nobody' ... constant"),
         ("ppo", {"residual": {"base": "ttc:horizon=3"}}, "horizon"),
         (

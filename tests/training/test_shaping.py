@@ -11,7 +11,7 @@ from hazbot_gym.training.config import TrainConfig
 from hazbot_gym.training.vec_envs import make_envs
 
 WORLDS, STEPS, SCALE = 6, 400, 0.2
-SHORT: dict[str, Any] = {"max_episode_steps": 150, "reward": {"progress": 0.7, "arrival": 50.0}}
+SHORT: dict[str, Any] = {"max_episode_steps": 150, "reward": {"progress": 0.7, "arrival": 3.0}}
 
 
 def made(**changes: Any) -> Any:
@@ -33,7 +33,7 @@ def test_rewards_add_up_to_the_return_less_that_of_a_free_drive() -> None:
         _, rewards, dones, infos = envs.step(actions)
         total += rewards / SCALE
         for i in np.flatnonzero(dones):
-            at_start = 0.7 * free[i] + 50.0 * (1.0 - free[i] / 150)
+            at_start = 0.7 * free[i] + 3.0 * (150 - free[i]) * 0.1
             assert total[i] == pytest.approx(infos[i]["episode"]["r"] - at_start, abs=1e-3)
             assert not infos[i]["TimeLimit.truncated"]
             outcomes.add(infos[i]["outcome"])

@@ -26,7 +26,7 @@ def actions() -> Any:
 
 
 @pytest.mark.parametrize("engine", ["batched", "pymunk"])
-@pytest.mark.parametrize("env", [["hazbot_gym/Corridor-v0"], ["hazbot_gym/Corridor-v0"] * 2])
+@pytest.mark.parametrize("env", [["hazbot_gym/Corridor-v1"], ["hazbot_gym/Corridor-v1"] * 2])
 def test_every_world_does_and_sums_up_what_its_single_environment_does(
     engine: str, env: list[str]
 ) -> None:
@@ -62,7 +62,7 @@ def test_every_world_does_and_sums_up_what_its_single_environment_does(
 
 
 def test_different_environments_share_the_worlds() -> None:
-    env = ["hazbot_gym/Corridor-v0", "hazbot_gym/Circle-v0"]
+    env = ["hazbot_gym/Corridor-v1", "hazbot_gym/Circle-v1"]
     envs = made(env=env, overrides={})
     envs.reset()
     assert [part.num_envs for part in envs.parts] == [3, 2]

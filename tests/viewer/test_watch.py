@@ -19,7 +19,7 @@ from hazbot_gym.viewer.sinks import PictureSink, Stopped, VideoSink, WindowSink
 from hazbot_gym.viewer.watch import Show, save, table, watch_live
 from tests.refusals import refused
 
-CORRIDOR = "hazbot_gym/Corridor-v0"
+CORRIDOR = "hazbot_gym/Corridor-v1"
 # Two seconds that end with the time allowed.
 SHORT = Show(
     "constant:0.5", CORRIDOR, overrides={"max_episode_steps": 20, "people": {"count": [1, 1]}}

@@ -198,7 +198,7 @@ def _solve(
     for t in range(last - 1, -1, -1):
         now, then = t % 2, (t + 1) % 2
         _look(people[t * every], poses, robots[0], problem, depths[now], near)
-        arrival = weights[ARRIVAL] * (1.0 - (t + 1) / last)
+        arrival = weights[ARRIVAL] * (last - (t + 1)) * problem.rules.decision_s
         for level in range(lattice.speeds_mps.shape[0]):
             for s in range(problem.goal, poses.shape[0]):
                 values[then, level, s] = arrival

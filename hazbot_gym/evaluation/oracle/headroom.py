@@ -1,44 +1,62 @@
-"""Benchmark headroom: the span from the best constant speed to the exact optimum.
+"""Benchmark headroom: the span from a constant speed to the best drive known.
 
 A benchmark in which a one-line rule is optimal cannot tell policies apart. The span runs from the
-best constant speed (0) to the optimum (1); the position of the best one-parameter rule, its
-parameter chosen in hindsight on the same scenarios, bounds the room left for other policies from
-below.
+best constant speed without contacts (0) to the best drive known of each scenario (1). Among people
+who do not yield, every constant speed makes contacts; the zero is the best constant speed with a
+protective stop, over both its speed and its stopping distance. The position of the best
+one-parameter rule bounds the room left for other policies from below.
 
-For the optimum to be exact, people must not react to the robot and the drive must be ideal
-(``dynamic_programming.py``): the scenarios are those of the environments, with scripted people and
-ideal wheels. All commands are rounded to the speed lattice of the optimum.
+Parameters of rules are tuned on other scenarios of the same environment. The best drive known is
+the result of an offline search (``trajectory_search.py``), or with scripted people and ideal wheels
+the exact optimum (``dynamic_programming.py``); both know the future.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from hazbot_gym.config import Config, make_config
+from hazbot_gym.config.deltas import merge
 from hazbot_gym.core.state import Floats
 from hazbot_gym.envs.registration import ENVIRONMENTS
+from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation import batch_rollout
-from hazbot_gym.evaluation.oracle.dynamic_programming import optimum
+from hazbot_gym.evaluation.episode import Episode
+from hazbot_gym.evaluation.metrics import measure
+from hazbot_gym.evaluation.open_loop import Plan
+from hazbot_gym.evaluation.oracle.dynamic_programming import is_exact_for, optimum
 from hazbot_gym.evaluation.oracle.lattice import LEVELS
+from hazbot_gym.evaluation.oracle.runs import lengthened
+from hazbot_gym.evaluation.oracle.trajectory_search import Effort, Found, search
 from hazbot_gym.evaluation.statistics.normalised_score import normalised_score
 from hazbot_gym.policies import make
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.policies.guard import Actions, Observations
 from hazbot_gym.policies.sweeps import sweep
-from hazbot_gym.task.action import nearest_level
+from hazbot_gym.task.action import action_of_speed, nearest_level
 from hazbot_gym.task.scenario import ScenarioSampler
 from hazbot_gym.utils import processors
 from hazbot_gym.utils.json_object import JsonObject
 
 QUIET_DRIVE = {"wheel_loop": "ideal", "wheel_noise_radps": 0.0, "heading_noise_rad": 0.0}
-CONSTANT, EXPERT = "constant", "fuzzy_expert"
-RULES = ("stop_on_sight", "stop_when_near", "ssm:mode=strict", "ssm:mode=directional", "ttc")
-ENOUGH = 0.15  # least share of the span that the best rule should leave
+ZERO, EXPERT, BEST = "constant speed with stop", "fuzzy_expert", "best drive known"
+FULL_SPEED = "constant:fraction=1"  # a robot that sees no one
+RULES = (
+    "stop_on_sight", "hall_steps", "social_force", "ssm:mode=strict", "ssm:mode=directional", "ttc",
+    "passive_safety", "idm", "velocity_obstacle", "mpc", EXPERT,
+)  # fmt: skip
+FRACTIONS, STOPS_M = (1.0, 0.8, 0.6, 0.4), (0.0, 0.3, 0.5, 0.8, 1.2, 2.0)  # grid of the zero
+EXPERT_AT_MOST, RULE_AT_MOST = 0.70, 0.85  # of the span, in an environment with headroom
+LEVELS_OF_PAPER = ("stop", "25 %", "50 %", "75 %", "100 %")  # speed levels of the paper
+DRAWS, LEVEL = 1000, 0.95  # of the bootstrap over scenarios
+TUNED_FROM = 1_000_000  # first seed of the scenarios for tuning
+UNITS = ("delay_s", "discomfort_s", "personal_m", "person_delay_s")  # plain metrics of a drive
 
 
 class OnLattice:
@@ -59,71 +77,199 @@ class OnLattice:
         return (2.0 * nearest_level(actions, LEVELS) / (LEVELS - 1) - 1.0).astype(np.float32), state
 
 
+class Scenarios(NamedTuple):
+    """Scenarios of an environment: the config, and the seeds of the resets."""
+
+    config: Config
+    seeds: list[int]
+
+
 class Played(NamedTuple):
-    """Results of a policy in the scenarios."""
+    """A policy's episodes in some scenarios."""
 
     spec: str
-    returns: Floats  # (episodes,)
-    arrived: float
+    episodes: list[Episode]
+    keys: list[int]  # of the scenarios
+
+    @property
+    def returns(self) -> Floats:
+        """Returns, (episodes,)."""
+        return np.array([episode.rewards.sum() for episode in self.episodes])
+
+    @property
+    def contacts(self) -> float:
+        """Share of episodes that end in a contact caused by the robot."""
+        return float(np.mean([episode.contact_caused_by == "robot" for episode in self.episodes]))
+
+
+class Size(NamedTuple):
+    """Numbers of scenarios, the search budget, and the families of rules."""
+
+    episodes: int  # for evaluation
+    tuning: int  # for tuning
+    effort: Effort
+    rules: tuple[str, ...] = RULES  # families to compare
 
 
 def environments() -> list[str]:
-    """Return the environments that support scripted people."""
+    """Return the environments with simulated people."""
     return [name for name, (_, preset) in ENVIRONMENTS.items() if "model" not in _people(preset)]
 
 
-def headroom_config(name: str) -> Config:
-    """Return an environment's config with non-reactive people and an ideal drive."""
-    preset = ENVIRONMENTS[name][1]
-    return make_config(preset=preset, people={"model": "scripted"}, drive=QUIET_DRIVE)
+def headroom_config(
+    name: str, overrides: Mapping[str, object] = MappingProxyType({}), *, is_scripted: bool = False
+) -> Config:
+    """Return an environment's config; for the exact optimum people are scripted, wheels ideal.
 
-
-def headroom(
-    names: Iterable[str], episodes: int, *, on_progress: Callable[[], None] = lambda: None
-) -> dict[str, object]:
-    """Return the span of each environment and the position of every family within it.
-
-    Args:
-        names: of environments, without the namespace.
-        episodes: of each; seeds 0, 1, ...
-        on_progress: called after each scenario's optimum.
+    Raises:
+        InvalidInput: The overrides contradict the conditions of the exact optimum.
     """
+    quiet: JsonObject = {"people": {"model": "scripted"}, "drive": QUIET_DRIVE}
+    config = make_config(
+        merge(quiet if is_scripted else {}, overrides), preset=ENVIRONMENTS[name][1]
+    )
+    if is_scripted and not is_exact_for(config):
+        raise InvalidInput(
+            f"--scripted: given people.model {config.people.model!r} and drive.wheel_loop "
+            f"{config.drive.wheel_loop!r}, the exact optimum needs 'scripted', 'ideal', and no "
+            "noise, latency, reflex stop or line sensor"
+        )
+    return config
+
+
+def settings(
+    size: Size, overrides: Mapping[str, object] = MappingProxyType({}), *, is_scripted: bool = False
+) -> JsonObject:
+    """Return the settings of a record; records with equal settings can be continued."""
     return {
-        "episodes": episodes,
-        "enough": ENOUGH,
-        "environments": {name: _place(name, episodes, on_progress) for name in names},
+        "episodes": size.episodes,
+        "tuning": size.tuning,
+        "search": None if is_scripted else size.effort._asdict(),
+        "families": list(size.rules),
+        "level": LEVEL,
+        "overrides": dict(overrides),
     }
 
 
-def best_returns(
-    config: Config, keys: Iterable[int], on_progress: Callable[[], None] = lambda: None
-) -> Floats:
-    """Return the optimum of every scenario."""
-    source = ScenarioSampler(config)
+def headroom(
+    name: str,
+    size: Size,
+    overrides: Mapping[str, object] = MappingProxyType({}),
+    *,
+    is_scripted: bool = False,
+    on_progress: Callable[[], None] = lambda: None,
+) -> JsonObject:
+    """Return the span of an environment, and the position of every family of rules within it.
 
-    def best(key: int) -> float:
-        value = optimum(config, source.draw(key), key).value
-        on_progress()
-        return value
+    Args:
+        name: of the environment, without the namespace.
+        size: numbers of scenarios, and the search budget.
+        overrides: deltas on the environment's config.
+        is_scripted: whether people do not react and wheels are ideal, for the exact optimum.
+        on_progress: called after each scenario's best drive.
 
-    first, *others = keys
-    found = [best(first)]  # here, where an interrupt ends what has to be compiled
-    with ThreadPoolExecutor(processors.usable()) as pool:
-        return np.array(found + list(pool.map(best, others)))
+    Raises:
+        InvalidInput: The overrides contradict the conditions of the exact optimum.
+    """
+    config = headroom_config(name, overrides, is_scripted=is_scripted)
+    tuning = Scenarios(config, [TUNED_FROM + i for i in range(size.tuning)])
+    test = Scenarios(config, list(range(size.episodes)))
+    zero, expert, full_speed = _zero(test), play(test, EXPERT), play(test, FULL_SPEED)
+    played = {family: play(test, _tuned(tuning, family)) for family in size.rules}
+    starts = [zero, expert, full_speed, *played.values()]
+    found = best_drives(test, starts, size.effort, on_progress)
+    longest = max(len(each.actions) for each in found)
+    plans = Plan(np.stack([lengthened(each.actions, longest) for each in found]))
+    top = np.array([each.value for each in found])
+    halfway = np.array([each.halfway for each in found])
+
+    def row(run: Played) -> JsonObject:
+        own, low = run.returns, zero.returns
+        return {
+            **_row(run),
+            "share": float(normalised_score(own.mean(), low.mean(), top.mean())),
+            "interval": interval(own, low, top),
+            "share_halfway": float(normalised_score(own.mean(), low.mean(), halfway.mean())),
+        }
+
+    return {
+        "full_speed_contacts": full_speed.contacts,
+        "zero": _row(zero),
+        "best": _row(play(test, plans, name=BEST)) | {"bound": float(top.mean())},
+        "expert": row(expert),
+        "best_rule": max(played, key=lambda family: played[family].returns.mean()),
+        "rules": {family: row(run) for family, run in played.items()},
+        "speeds": speed_shares(each.actions for each in found),
+        "speeds_of_expert": speed_shares(_speeds(config, each) for each in expert.episodes),
+    }
 
 
-def play(config: Config, spec: str, episodes: int) -> tuple[Played, list[int]]:
-    """Return a policy's results in the scenarios of seeds 0, 1, ..., and their keys."""
-    seeds, limit = list(range(episodes)), config.max_episode_steps
-    threads = processors.usable()
+def play(scenarios: Scenarios, spec: str | Policy, *, name: str = "") -> Played:
+    """Return a policy's episodes; on the exact optimum's scenarios with its speeds alone."""
+    policy = make(spec) if isinstance(spec, str) else spec
+    if is_exact_for(scenarios.config):
+        policy = OnLattice(policy)
     runs = list(
         batch_rollout.run_episodes(
-            config, OnLattice(make(spec)), seeds, limit=limit, threads=threads
+            scenarios.config, policy, scenarios.seeds, limit=scenarios.config.max_episode_steps,
+            threads=processors.usable(),
         )
+    )  # fmt: skip
+    keys = [int(labels["scenario_key"]) for _, labels in runs]
+    return Played(spec if isinstance(spec, str) else name, [episode for episode, _ in runs], keys)
+
+
+def best_drives(
+    scenarios: Scenarios,
+    played: Iterable[Played],
+    effort: Effort,
+    on_progress: Callable[[], None] = lambda: None,
+) -> list[Found]:
+    """Return the best drive known of every scenario.
+
+    Args:
+        scenarios: the scenarios.
+        played: episodes that initialize the search, one policy each.
+        effort: search budget.
+        on_progress: called after each scenario.
+    """
+    config = scenarios.config
+    if is_exact_for(config):
+        return _optima(config, next(iter(played)).keys, on_progress)
+    limit, nominal_mps = config.max_episode_steps, config.drive.nominal_speed_mps
+    starts = np.array(
+        [
+            [lengthened(action_of_speed(e.command_mps[1:], nominal_mps), limit) for e in p.episodes]
+            for p in played
+        ]
     )
-    returns = np.array([episode.rewards.sum() for episode, _ in runs])
-    arrived = float(np.mean([episode.outcome == "arrived" for episode, _ in runs]))
-    return Played(spec, returns, arrived), [int(labels["scenario_key"]) for _, labels in runs]
+
+    def best(i: int) -> Found:
+        seed = scenarios.seeds[i]
+        found = search(config, seed, starts[:, i], np.random.default_rng(seed), effort)
+        on_progress()
+        return found
+
+    return _in_threads(best, range(len(scenarios.seeds)))
+
+
+def _optima(config: Config, keys: list[int], on_progress: Callable[[], None]) -> list[Found]:
+    source = ScenarioSampler(config)
+
+    def best(key: int) -> Found:
+        exact = optimum(config, source.draw(key), key, with_speeds=True)
+        on_progress()
+        actions = action_of_speed(exact.speeds_mps, config.drive.nominal_speed_mps)
+        return Found(actions, exact.value, exact.value)
+
+    return _in_threads(best, keys)
+
+
+def _in_threads(best: Callable[[int], Found], items: Iterable[int]) -> list[Found]:
+    first, *others = items
+    found = [best(first)]  # here, where an interrupt ends what has to be compiled
+    with ThreadPoolExecutor(processors.usable()) as pool:
+        return found + list(pool.map(best, others))
 
 
 def _people(preset: JsonObject) -> JsonObject:
@@ -131,34 +277,56 @@ def _people(preset: JsonObject) -> JsonObject:
     return people
 
 
-def _place(name: str, episodes: int, on_progress: Callable[[], None]) -> dict[str, object]:
-    config = headroom_config(name)
-    best = {family: _best(config, specs, episodes) for family, specs in _families()}
-    _, keys = play(config, best[CONSTANT].spec, episodes)
-    top = float(best_returns(config, keys, on_progress).mean())
-    low = float(best[CONSTANT].returns.mean())
-    rows: dict[str, JsonObject] = {
-        family: {
-            "policy": played.spec,
-            "return": float(played.returns.mean()),
-            "arrived": played.arrived,
-            "share": float(normalised_score(played.returns.mean(), low, top)),
-        }
-        for family, played in best.items()
+def _speeds(config: Config, episode: Episode) -> Floats:
+    """Return the actions that command the driven speeds."""
+    return action_of_speed(episode.speed_mps[1:], config.drive.nominal_speed_mps)
+
+
+def _row(played: Played) -> JsonObject:
+    measured = [measure(episode) for episode in played.episodes]
+    return {
+        "policy": played.spec,
+        "return": float(played.returns.mean()),
+        "arrived": float(np.mean([each["arrived"] for each in measured])),
+        "contacts": played.contacts,
+        **{unit: float(np.nanmean([each[unit] for each in measured])) for unit in UNITS},
     }
-    rules = max(rows[family]["share"] for family in (CONSTANT, *RULES))
-    return {"optimum": top, "constant": low, "room": 1.0 - rules, "families": rows}
 
 
-def _families() -> Iterator[tuple[str, list[str]]]:
-    for family in (CONSTANT, *RULES):
-        yield family, sweep(family)
-    yield EXPERT, [EXPERT]
+def _zero(test: Scenarios) -> Played:
+    """Return the best constant speed with a protective stop that makes no contact there.
+
+    It is chosen in hindsight, on the scenarios of the evaluation, which makes the span shorter.
+    """
+    played = [
+        play(test, f"stop_when_near:fraction={fraction:g},stop_m={stop_m:g}")
+        for fraction in FRACTIONS
+        for stop_m in STOPS_M
+    ]
+    return max(played, key=lambda run: (-run.contacts, run.returns.mean()))
 
 
-def _best(config: Config, specs: list[str], episodes: int) -> Played:
-    """Return a family's best member on these scenarios, its parameter chosen in hindsight."""
-    return max(
-        (play(config, spec, episodes)[0] for spec in specs),
-        key=lambda played: played.returns.mean(),
-    )
+def _tuned(tuning: Scenarios, family: str) -> str:
+    """Return a family's best member on these scenarios."""
+    played = [play(tuning, spec) for spec in sweep(family)]
+    return max(played, key=lambda run: run.returns.mean()).spec
+
+
+def interval(returns: Floats, low: Floats, top: Floats) -> list[float]:
+    """Return the bootstrap interval of a normalized mean return, over scenarios.
+
+    The span is resampled with the policy.
+    """
+    rows = np.random.default_rng(0).integers(len(returns), size=(DRAWS, len(returns)))
+    means = (each[rows].mean(axis=1) for each in (returns, low, top))
+    tail = (1.0 - LEVEL) / 2.0
+    bounds = np.nanquantile(normalised_score(*means), (tail, 1.0 - tail))
+    return [float(bound) for bound in bounds]
+
+
+def speed_shares(actions: Iterable[Floats]) -> list[float]:
+    """Return the share of decisions at each of ``LEVELS_OF_PAPER``, rounded to the nearest."""
+    shares = (np.concatenate(list(actions)).clip(-1.0, 1.0) + 1.0) / 2.0
+    nearest = np.rint(shares * (len(LEVELS_OF_PAPER) - 1)).astype(np.int64)
+    counts = np.bincount(nearest, minlength=len(LEVELS_OF_PAPER)) / max(len(nearest), 1)
+    return [float(count) for count in counts]

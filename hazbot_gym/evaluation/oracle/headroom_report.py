@@ -1,22 +1,41 @@
-"""Headroom results, as a table on the terminal."""
+"""Headroom results, as tables on the terminal and in Markdown."""
 
 from __future__ import annotations
 
+from rich.console import Group
+
+from hazbot_gym.evaluation.oracle.headroom import EXPERT_AT_MOST, LEVELS_OF_PAPER, RULE_AT_MOST
 from hazbot_gym.utils.json_object import JsonObject
-from hazbot_gym.utils.terminal import FittedTable
 from hazbot_gym.utils.text_tables import Rows, console_table, shown
 
 Record = JsonObject
 
-SHARE = "normalized return"  # 0 % at the best constant speed, 100 % at the optimum
-TITLES = ("environment", "best constant", "optimum", "family", "return", "arrived", SHARE)
-SPARE = ("best constant", "optimum", "arrived", "return")  # of a narrow terminal
+PRICE, PRICES = 4.0, (2.0, 4.0, 8.0)  # s of delay per s of discomfort: the reward's, and around it
+
+ROOM = (
+    "environment", "fuzzy expert, share of span", "best rule", "share of span", "room",
+    "full speed: episodes with contact",
+)  # fmt: skip
+UNITS = (
+    "environment", "policy", "delay [s]", "discomfort [s]", "inside personal zone [m]",
+    "people's delay [s]", "contacts by robot", "arrived", "return at price 2 / 4 / 8",
+)  # fmt: skip
+RULES = ("environment", "rule", "return", "share of span", "with half the search")
+SPEEDS = ("share of decisions", *LEVELS_OF_PAPER)
 
 
-def table(record: Record) -> FittedTable:
-    """Return a record as a table for the terminal."""
-    rows = [tuple(cell.strip("`") for cell in row) for row in family_rows(record)]
-    return console_table(TITLES, rows, spare=SPARE)
+def tables(record: Record) -> Group:
+    """Return a record as tables for the terminal."""
+    parts = [
+        console_table(ROOM, _plain(room_rows(record))),
+        console_table(UNITS, _plain(unit_rows(record))),
+        console_table(SPEEDS, _plain(speed_rows(record))),
+    ]
+    return Group(*parts)
+
+
+def _plain(rows: Rows) -> Rows:
+    return [tuple(cell.replace("`", "") for cell in row) for row in rows]
 
 
 def percent(share: float) -> str:
@@ -24,18 +43,78 @@ def percent(share: float) -> str:
     return f"{100.0 * share:.0f} %"
 
 
-def family_rows(record: Record) -> Rows:
-    """Return the best member of every family, in Markdown, with its normalized return."""
+def has_room(found: Record) -> bool:
+    """Return True if the fuzzy expert and the best rule leave the intended headroom."""
+    best = found["rules"][found["best_rule"]]
+    return bool(found["expert"]["share"] < EXPERT_AT_MOST and best["share"] < RULE_AT_MOST)
+
+
+def room_rows(record: Record) -> Rows:
+    """Return the headroom of every environment."""
     return [
         (
             f"`{env}`",
-            shown(found["constant"]),
-            shown(found["optimum"]),
-            f"`{row['policy']}`",
-            shown(row["return"]),
-            percent(row["arrived"]),
-            percent(row["share"]),
+            _share(found["expert"]),
+            f"`{found['rules'][found['best_rule']]['policy']}`",
+            _share(found["rules"][found["best_rule"]]),
+            "yes" if has_room(found) else "no",
+            percent(found["full_speed_contacts"]),
         )
         for env, found in record["environments"].items()
-        for row in found["families"].values()
     ]
+
+
+def unit_rows(record: Record) -> Rows:
+    """Return the drives of the span's ends, the expert and the best rule, in plain units."""
+    return [
+        (
+            f"`{env}`",
+            row["policy"] if row is found["best"] else f"`{row['policy']}`",
+            f"{row['delay_s']:.1f}",
+            f"{row['discomfort_s']:.2f}",
+            f"{row['personal_m']:.2f}",
+            f"{row['person_delay_s']:.2f}",
+            percent(row["contacts"]),
+            percent(row["arrived"]),
+            " / ".join(f"{at_price(row, price):.1f}" for price in PRICES),
+        )
+        for env, found in record["environments"].items()
+        for row in (
+            found["zero"], found["expert"], found["rules"][found["best_rule"]], found["best"],
+        )
+    ]  # fmt: skip
+
+
+def at_price(row: Record, price: float) -> float:
+    """Return the mean return of the same drives at another price of discomfort."""
+    changed: float = row["return"] - (price - PRICE) * row["discomfort_s"]
+    return changed
+
+
+def rule_rows(record: Record) -> Rows:
+    """Return the best member of every family of rules, and its share of the span."""
+    return [
+        (
+            f"`{env}`",
+            f"`{row['policy']}`",
+            shown(row["return"]),
+            _share(row),
+            percent(row["share_halfway"]),
+        )
+        for env, found in record["environments"].items()
+        for row in sorted(found["rules"].values(), key=lambda row: -row["share"])
+    ]
+
+
+def speed_rows(record: Record) -> Rows:
+    """Return the share of decisions at each speed, of the best drives and of the expert."""
+    return [
+        (f"`{env}`, {who}", *map(percent, found[key]))
+        for env, found in record["environments"].items()
+        for who, key in (("best drive", "speeds"), ("expert", "speeds_of_expert"))
+    ]
+
+
+def _share(row: Record) -> str:
+    low, high = (f"{100.0 * bound:.0f}" for bound in row["interval"])
+    return f"{percent(row['share'])} ({low} to {high})"

@@ -55,7 +55,7 @@ def run_oracle_shard(shard: OracleShard) -> list[dict[str, object]]:
     is_exact = is_exact_for(config)
     best = _exact(config, seeds) if is_exact else _searched(config, seeds, shard)
     longest = max(len(found.actions) for found in best)
-    plans = np.stack([_lengthened(found.actions, longest) for found in best])
+    plans = np.stack([lengthened(found.actions, longest) for found in best])
     played = batch_rollout.run_episodes(config, Plan(plans), seeds, limit=limit, threads=1)
     return [
         {
@@ -82,7 +82,7 @@ def _exact(config: Config, seeds: Sequence[int]) -> list[trajectory_search.Found
     found = [optimum(config, source.draw(key), key, with_speeds=True) for key in keys]
     return [
         trajectory_search.Found(
-            action_of_speed(each.speeds_mps, config.drive.nominal_speed_mps), each.value
+            action_of_speed(each.speeds_mps, config.drive.nominal_speed_mps), each.value, each.value
         )
         for each in found
     ]
@@ -96,7 +96,7 @@ def _searched(
     policies = [make_policy(spec, **shard.allowed._asdict()) for spec in shard.specs]
     drives = [
         [
-            _lengthened(_commanded(episode, config), limit)
+            lengthened(_commanded(episode, config), limit)
             for episode, _ in batch_rollout.run_episodes(
                 config, policy, seeds, limit=limit, threads=1
             )
@@ -115,6 +115,6 @@ def _commanded(episode: Episode, config: Config) -> Floats:
     return action_of_speed(episode.command_mps[1:], config.drive.nominal_speed_mps)
 
 
-def _lengthened(actions: Floats, length: int) -> Floats:
+def lengthened(actions: Floats, length: int) -> Floats:
     """Return a plan extended at full speed."""
     return np.concatenate([actions, np.ones(length - len(actions))])

@@ -29,8 +29,8 @@ LONGEST_STRETCH = 80
 class Effort(NamedTuple):
     """Search budget."""
 
-    worlds: int = 96  # lambda, plans evaluated in parallel
-    rounds: int = 80
+    worlds: int = 64  # lambda, plans evaluated in parallel
+    rounds: int = 40
 
 
 class Found(NamedTuple):
@@ -38,6 +38,7 @@ class Found(NamedTuple):
 
     actions: Floats  # (T,) in [-1, 1]
     value: float  # its return
+    halfway: float  # the best return after half of the rounds
 
 
 def search(
@@ -61,14 +62,17 @@ def search(
     returns, lengths = _play(worlds, seed, plans)
     best = int(returns.argmax())
     plan, value, length = plans[best].copy(), returns[best], lengths[best]
-    for _ in range(effort.rounds):
+    halfway = value
+    for each in range(effort.rounds):
         plans = _changed(plan, effort.worlds, int(length), rng)
         returns, lengths = _play(worlds, seed, plans)
         best = int(returns.argmax())
         if returns[best] > value:
             plan, value, length = plans[best].copy(), returns[best], lengths[best]
+        if each + 1 == effort.rounds // 2:
+            halfway = value
     worlds.close()
-    return Found(plan[:length], float(value))
+    return Found(plan[:length], float(value), float(halfway))
 
 
 def _play(worlds: CorridorVectorEnv, seed: int, plans: Floats) -> tuple[Floats, Ints]:

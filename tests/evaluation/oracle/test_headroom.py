@@ -10,25 +10,41 @@ from typer.testing import CliRunner
 from hazbot_gym.cli import app
 from hazbot_gym.config import make_config
 from hazbot_gym.evaluation.oracle import headroom
-from hazbot_gym.evaluation.oracle.headroom_report import family_rows
-from hazbot_gym.policies.sweeps import sweep
+from hazbot_gym.evaluation.oracle.headroom import Scenarios
+from hazbot_gym.evaluation.oracle.headroom_report import has_room, rule_rows, unit_rows
+from hazbot_gym.evaluation.oracle.trajectory_search import Effort
+from hazbot_gym.policies.sweeps import SWEEPS, sweep
 from hazbot_gym.utils.files import read_json
 from tests.refusals import says
 
-RECORD = Path(__file__).parents[3] / "benchmarks" / "headroom.json"
+RECORDS = Path(__file__).parents[3] / "benchmarks"
 SHORT: dict[str, Any] = {"place_options": {"length_m": 5.0}, "max_episode_steps": 250}
+EFFORT = Effort(worlds=8, rounds=4)
 
 
-@pytest.mark.parametrize("name", ["Crossing-v0", "Leading-v0"])
-def test_the_optimum_bounds_every_policy(name: str) -> None:
-    config, episodes = make_config(headroom.headroom_config(name), **SHORT), 3
-    _, keys = headroom.play(config, "constant:1.0", episodes)
-    best = headroom.best_returns(config, keys)
+def short(name: str, *, is_scripted: bool, episodes: int) -> Scenarios:
+    config = headroom.headroom_config(name, SHORT, is_scripted=is_scripted)
+    return Scenarios(config, list(range(episodes)))
+
+
+@pytest.mark.parametrize("name", ["Crossing-v1", "Leading-v1"])
+def test_the_exact_optimum_bounds_every_policy(name: str) -> None:
+    scenarios = short(name, is_scripted=True, episodes=3)
+    start = headroom.play(scenarios, headroom.FULL_SPEED)
+    best = np.array([each.value for each in headroom.best_drives(scenarios, [start], EFFORT)])
     specs = [spec for family in ("constant", *headroom.RULES) for spec in sweep(family)[::6]]
-    for spec in [*specs, "fuzzy_expert"]:
-        played, met = headroom.play(config, spec, episodes)
-        assert met == keys
+    for spec in specs:
+        played = headroom.play(scenarios, spec)
+        assert played.keys == start.keys
         assert np.all(played.returns <= best + 1e-6), spec
+
+
+def test_the_search_ends_no_lower_than_any_policy_it_starts_from() -> None:
+    scenarios = short("Crossing-v1", is_scripted=False, episodes=2)
+    starts = [headroom.play(scenarios, spec) for spec in ("fuzzy_expert", "ttc", "constant:0.5")]
+    found = headroom.best_drives(scenarios, starts, EFFORT)
+    for k, each in enumerate(found):
+        assert max(start.returns[k] for start in starts) - 1e-9 <= each.halfway <= each.value
 
 
 def test_commands_are_rounded_to_the_lattice() -> None:
@@ -37,23 +53,70 @@ def test_commands_are_rounded_to_the_lattice() -> None:
     np.testing.assert_allclose(actions, 2.0 * 0.3 - 1.0, atol=1e-6)
 
 
-def test_four_or_more_environments_have_room() -> None:
-    record = read_json(RECORD)
+def test_every_family_of_rules_is_compared() -> None:
+    families = {family.partition(":")[0] for family in headroom.RULES}
+    assert families == set(SWEEPS) - {"constant", "stop_when_near"}  # these two are the zero
+
+
+def test_five_or_more_environments_have_room() -> None:
+    record = read_json(RECORDS / "headroom.json")
     assert set(record["environments"]) == set(headroom.environments())
-    rooms = [found["room"] >= record["enough"] for found in record["environments"].values()]
-    assert sum(rooms) >= 4
+    assert sum(has_room(found) for found in record["environments"].values()) >= 5
+    assert record["episodes"] >= 100
 
 
-def test_shares_run_from_the_best_constant_to_the_optimum() -> None:
-    record = read_json(RECORD)
-    assert len(family_rows(record)) == 7 * len(record["environments"])
+def test_the_record_is_consistent() -> None:
+    record = read_json(RECORDS / "headroom.json")
+    assert len(rule_rows(record)) == len(headroom.RULES) * len(record["environments"])
+    assert len(unit_rows(record)) == 4 * len(record["environments"])
     for found in record["environments"].values():
-        assert found["families"]["constant"]["share"] == 0.0
-        assert found["room"] <= 1.0
-        assert all(row["share"] <= 1.0 for row in found["families"].values())
+        assert found["best"]["return"] == pytest.approx(found["best"]["bound"], abs=0.05)
+        for row in (found["expert"], *found["rules"].values()):
+            assert row["return"] <= found["best"]["bound"]
+            assert row["interval"][0] <= row["share"] <= row["interval"][1]
 
 
 def test_an_unknown_environment_is_one_line() -> None:
-    result = CliRunner().invoke(app, ["headroom", "--env", "Replay-v0"])
+    result = CliRunner().invoke(app, ["headroom", "--env", "Replay-v1"])
     assert result.exit_code == 2
-    says(result.output, "'Replay-v0' ... Corridor-v0")
+    says(result.output, "'Replay-v1' ... Corridor-v1")
+
+
+def test_intervals_hold_the_shares() -> None:
+    rng = np.random.default_rng(0)
+    low, top = rng.normal(200.0, 5.0, 60), rng.normal(260.0, 5.0, 60)
+    returns = 0.5 * (low + top) + rng.normal(0.0, 5.0, 60)
+    lower, upper = headroom.interval(returns, low, top)
+    assert lower < 0.5 < upper
+    assert upper - lower < 0.1
+    assert headroom.interval(low, low, top) == [0.0, 0.0]
+
+
+def test_speeds_are_shares_of_decisions() -> None:
+    plans = [np.array([-1.0, -0.8]), np.array([-0.6, 0.0, 0.8, 1.0])]
+    assert headroom.speed_shares(plans) == pytest.approx([2 / 6, 1 / 6, 1 / 6, 0.0, 2 / 6])
+
+
+@pytest.mark.slow
+def test_overrides_change_the_environments_and_are_recorded(tmp_path: Path) -> None:
+    file = tmp_path / "room.json"
+    words = ["--env", "Crossing-v1", "--episodes", "2", "--tuning", "1", "--rounds", "2"]
+    changes = ["--set", "max_episode_steps=250", "--json", str(file)]
+    done = CliRunner().invoke(app, ["headroom", *words, *changes])
+    assert done.exit_code == 0, done.output
+    record = read_json(file)
+    assert record["overrides"] == {"max_episode_steps": 250}
+    found = record["environments"]["Crossing-v1"]
+    assert sum(found["speeds"]) == pytest.approx(1.0)
+    assert found["best"]["return"] >= found["expert"]["return"]
+
+
+def test_contradicting_overrides_are_refused() -> None:
+    words = ["--scripted", "--set", "people.model=social_force", "--episodes", "1"]
+    refused = CliRunner().invoke(app, ["headroom", *words])
+    assert refused.exit_code == 2
+    says(refused.output, "people.model ... social_force ... scripted")
+
+
+def test_the_config_is_the_registered_one() -> None:
+    assert headroom.headroom_config("Corridor-v1") == make_config()

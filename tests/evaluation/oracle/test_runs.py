@@ -22,8 +22,8 @@ QUIET = {
     "drive": {"wheel_loop": "ideal", "wheel_noise_radps": 0.0, "heading_noise_rad": 0.0},
     "place_options": {"length_m": 5.0},
 }
-REACTING = ScenarioSet(name="Crossing", env="hazbot_gym/Crossing-v0")
-SCRIPTED = ScenarioSet(name="quiet", env="hazbot_gym/Crossing-v0", overrides=QUIET)
+REACTING = ScenarioSet(name="Crossing", env="hazbot_gym/Crossing-v1")
+SCRIPTED = ScenarioSet(name="quiet", env="hazbot_gym/Crossing-v1", overrides=QUIET)
 EFFORT = Effort(worlds=12, rounds=3)
 
 

@@ -245,7 +245,7 @@ def test_what_differs_in_a_set_is_said_in_the_words_of_its_config() -> None:
         "people": {"reactions": [blind] * 4},
         "sensors": {"a": {"b": [1, 2]}},
     }
-    found = ScenarioSet(name="x", env="hazbot_gym/Crossing-v0", overrides=changed)
+    found = ScenarioSet(name="x", env="hazbot_gym/Crossing-v1", overrides=changed)
     assert report.describe(found).endswith(
         "Changed: tier = sonar, all people.reactions: gain = 1.0, range_m = 0.0, "
         "sensors.a.b = [1, 2]."

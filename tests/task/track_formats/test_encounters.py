@@ -124,7 +124,7 @@ def test_encounters_do_not_mix_with_other_recordings(two: Path) -> None:
 @pytest.mark.parametrize("model", ["replay", "seeded"])
 def test_policy_chooses_the_speed_on_the_recorded_way(two: Path, model: str) -> None:
     env = gymnasium.make(
-        "hazbot_gym/Replay-v0", tracks=str(two), people={"model": model}, max_episode_steps=150
+        "hazbot_gym/Replay-v1", tracks=str(two), people={"model": model}, max_episode_steps=150
     )
     for seed in range(4):
         _, info = env.reset(seed=seed)

@@ -76,7 +76,7 @@ def families(episodes: int) -> list[JsonObject]:
             overrides = {"drive": {"latency_steps": delay}}
             found = means(
                 evaluate(
-                    "fuzzy_expert", f"hazbot_gym/{family}-v0", episodes=episodes,
+                    "fuzzy_expert", f"hazbot_gym/{family}-v1", episodes=episodes,
                     overrides=overrides,
                 )
             )  # fmt: skip
