@@ -88,7 +88,7 @@ def test_it_is_what_trying_everything_finds(who: str, measure: str, tmp_path: Pa
 
 def test_its_speeds_earn_what_it_says() -> None:
     short = {"place_options": {"length_m": 5.0}, "max_episode_steps": 250}
-    config = make_config(headroom_config("Crossing-v1"), **short)
+    config = make_config(headroom_config("Crossing-v1", is_scripted=True), **short)
     key = key_of(config, 2)
     found = optimum(config, ScenarioSampler(config).draw(key), key, with_speeds=True)
     shares = found.speeds_mps[None, :] / config.drive.nominal_speed_mps
