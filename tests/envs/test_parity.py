@@ -234,7 +234,7 @@ def test_both_engines_agree_on_every_option(variant: str) -> None:
 
 
 def test_people_are_touched_at_the_same_moment() -> None:
-    sparse = {"model": "scripted", "count": [1, 4]}
+    sparse = {"model": "scripted", "count": [1, 4], "mix": [0.0, 0.4, 0.3, 0.3]}
     engines = pair(25, preset=ENVIRONMENTS["Doorway-v1"][1], people=sparse)
     worst, ends = compare(*engines, seed=50)
     assert worst <= TOLERANCE

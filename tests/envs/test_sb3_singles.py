@@ -55,7 +55,7 @@ def test_the_horizon_and_id_are_those_of_the_single_environments() -> None:
     assert batch.get_attr("spec")[0].id == loop.get_attr("spec")[0].id == ENCOUNTERING
     assert batch.get_attr("config")[0].max_episode_steps == 40
     circle = make_vec_env("hazbot_gym/Circle-v1", 2, vec_env_cls=CorridorVecEnv)  # type: ignore[arg-type]
-    assert circle.get_attr("spec")[0].max_episode_steps == 1000
+    assert circle.get_attr("spec")[0].max_episode_steps == 2000
 
 
 def test_monitor_files_are_written(tmp_path: Path) -> None:

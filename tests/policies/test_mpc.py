@@ -100,7 +100,7 @@ def test_alone_it_gains_speed_level_by_level(
     ("policy", "v", "expected"),
     [
         (Mpc(4.0, nearness="depth"), 0.1, [0.0, 0.0, 0.4]),
-        (Mpc(), 0.3, [0.6, 0.4, 0.8]),  # discomfort counts with v^2: slow is enough
+        (Mpc(8.0), 0.3, [0.6, 0.4, 0.8]),  # discomfort counts with v^2: slow is enough
     ],
 )
 def test_it_waits_while_somebody_passes_and_drives_on_behind(

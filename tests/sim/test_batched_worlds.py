@@ -43,7 +43,9 @@ class Alone:
         self.mechanics = type(m)(*map(readable, m))
         places = source.table.places._replace(paths=readable(source.table.places.paths))
         self.surroundings = Surroundings(places, source.table.recorded)
-        worlds = allocate(2, len(scenario.people), tracker_latency=0, drive_latency=0)
+        worlds = allocate(
+            2, len(scenario.people), len(config.sensors.ring), tracker_latency=0, drive_latency=0
+        )
         self.worlds = Worlds(*map(readable, worlds))
         self.worlds.people[0] = scenario.people
         self.worlds.keys[0] = key
@@ -127,9 +129,10 @@ def test_the_error_at_the_end_of_a_decision_is_the_true_one() -> None:
 
 
 def test_worlds_are_arrays_of_a_row_each() -> None:
-    worlds = allocate(7, 3, tracker_latency=2, drive_latency=4)
+    worlds = allocate(7, 3, 4, tracker_latency=2, drive_latency=4)
     assert {array.shape[0] for array in worlds} == {7}
     assert worlds.wheels.shape == (7, 2)
+    assert worlds.ranges.shape == (7, 4)
     assert worlds.people.shape == worlds.tracks.shape == (7, 3)
     assert worlds.history.shape == (7, 3, 3)
     assert not (worlds.people["status"] == PRESENT).any()

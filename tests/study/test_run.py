@@ -250,7 +250,8 @@ def test_an_edited_place_is_run_again_and_no_other_set(
     place = tmp_path / "lab.yaml"
     text = "{name: lab, walls: [[-2, 1.2, 14, 1.2]], path: {points: [[0, 0], [12, 0]]}}"
     place.write_text(text)
-    sets = [{"name": "lab", "env": "hazbot_gym/Corridor-v1", "overrides": {"place": str(place)}}]
+    alone = {"place": str(place), "people": {"count": [0, 0]}}
+    sets = [{"name": "lab", "env": "hazbot_gym/Corridor-v1", "overrides": alone}]
     study = load_study(policies=["constant:1.0"], sets=["Encountering", *sets], episodes=2)
     run_study(study, tmp_path / "out", workers=1)
     before = pd.read_parquet(tmp_path / "out" / store.EPISODES)
