@@ -88,7 +88,7 @@ def test_scrubbing_to_the_end_shows_how_it_ended(browser: Any, page: Path) -> No
     """,
     )
     assert len(ends) == 2
-    assert all(re.search(r" at \d+\.\d s$", end) for end in ends)
+    assert all(re.search(r" at \d+\.\d s$", end) for end in ends), ends
     assert browser.complaints == []
 
 

@@ -55,6 +55,8 @@
   const colorOf = (panel) => looks[panel.select.value][dark.matches ? "dark" : "color"];
   const paint = (name) => getComputedStyle(player).getPropertyValue(name);
   const duration = (run) => (run.x.length - 1) * run.dt_s;
+  // a millisecond of tolerance: the slider rounds its values
+  const isUnderWay = (run) => time < duration(run) - 1e-3;
   const horizon = () => Math.max(...panels.map((panel) => duration(runOf(panel))));
 
   /** Fit a canvas to the page's pixels and return its cleared context, drawn in CSS pixels. */
@@ -89,7 +91,7 @@
     drawTrail(context, run, index, panel);
     people.forEach((person) => drawPerson(context, person));
     drawRobot(context, run, index, panel);
-    if (run.contact.length) drawCross(context, ...run.contact, Math.max(14, 6 / scale), time < duration(run));
+    if (run.contact.length) drawCross(context, ...run.contact, Math.max(14, 6 / scale), isUnderWay(run));
   }
 
   /** Draw the readings of the sonar: a cone each, with an arc where there is an echo. */
@@ -254,7 +256,7 @@
       const points = numbers(values(runs[i])).map((value, k) => [px(k * runs[i].dt_s), py(value * unit)]);
       line(context, points, colorOf(panel), 2, dashOf(panel));
       const [end] = points.slice(-1);
-      if (runs[i].contact.length) drawCross(context, ...end, 6, time < duration(runs[i]));
+      if (runs[i].contact.length) drawCross(context, ...end, 6, isUnderWay(runs[i]));
     });
     line(context, [[px(time), top - 6], [px(time), base]], paint("--ink"), 1);
   }
@@ -267,7 +269,7 @@
     panels.forEach((panel) => {
       const run = runOf(panel);
       const speed = at(run.speed, Math.min(time / run.dt_s, run.speed.length - 1), 1000) / 1000;
-      panel.end.textContent = time < duration(run) ? `${Math.abs(speed).toFixed(2)} m/s` : run.end;
+      panel.end.textContent = isUnderWay(run) ? `${Math.abs(speed).toFixed(2)} m/s` : run.end;
     });
   }
 
