@@ -11,6 +11,7 @@ from study_record import AXIS_TITLES, TOGETHER, axes_of
 from study_targets import Target, sonar_targets, tracks_targets
 from table_text import csv_table, markdown_table
 
+from hazbot_gym.evaluation.oracle.headroom_report import PRICES, at_price
 from hazbot_gym.evaluation.statistics.pareto import AXES, dominates
 from hazbot_gym.study.headline import POOLED, TEST, scenarios_of
 from hazbot_gym.utils.text_tables import Rows, shown
@@ -87,6 +88,21 @@ def shipped_table(record: Record) -> str:
         "from `configs/study_shipped.yaml`."
     )
     return f"{_means(sets[TEST], tuple(sets[TEST]), SHIPPED_HEADLINE)}\n{note}"
+
+
+def shipped_prices(record: Record) -> str:
+    """Return the mean return of the shipped policy and of rules at several prices of discomfort."""
+    block = record["shipped"]["sets"][TEST]
+    means = {
+        policy: {name: found["metrics"][name]["mean"] for name in ("return", "discomfort_s")}
+        for policy, found in block.items()
+    }
+    titles = tuple(f"return at price {price:g}" for price in PRICES)
+    rows = [
+        (f"`{policy}`", *(f"{at_price(mean, price):.1f}" for price in PRICES))
+        for policy, mean in means.items()
+    ]
+    return markdown_table(("policy", *titles), rows)
 
 
 def shipped_gain(record: Record) -> str:

@@ -122,6 +122,11 @@ def shipped_table() -> str:
     return study_report.shipped_table(read_json(results.RECORDS / "study.json"))
 
 
+def shipped_prices() -> str:
+    """Return the returns of the same drives at several prices of discomfort."""
+    return study_report.shipped_prices(read_json(results.RECORDS / "study.json"))
+
+
 def shipped_gain() -> str:
     """Return the gain of the shipped policy, as the README has it."""
     return study_report.shipped_gain(read_json(results.RECORDS / "study.json"))
@@ -266,6 +271,7 @@ MAKERS: dict[str, Callable[..., str]] = {
         reward_table,
         scenario_list,
         shipped_table,
+        shipped_prices,
         shipped_gain,
         results_figure,
         policy_table,
