@@ -13,8 +13,7 @@ Record = JsonObject
 PRICE, PRICES = 4.0, (2.0, 4.0, 8.0)  # s of delay per s of discomfort: the reward's, and around it
 
 ROOM = (
-    "environment", "fuzzy expert, share of span", "best rule", "share of span", "room",
-    "full speed: episodes with contact",
+    "environment", "fuzzy expert", "best rule", "its share", "room", "contacts at full speed",
 )  # fmt: skip
 UNITS = (
     "environment", "policy", "delay [s]", "discomfort [s]", "inside personal zone [m]",
