@@ -101,7 +101,7 @@ def test_speeds_are_shares_of_decisions() -> None:
 def test_overrides_change_the_environments_and_are_recorded(tmp_path: Path) -> None:
     file = tmp_path / "room.json"
     words = ["--env", "Crossing-v1", "--episodes", "2", "--tuning", "1", "--rounds", "2"]
-    changes = ["--set", "max_episode_steps=250", "--json", str(file)]
+    changes = ["--rule", "ttc", "--set", "max_episode_steps=250", "--json", str(file)]
     done = CliRunner().invoke(app, ["headroom", *words, *changes])
     assert done.exit_code == 0, done.output
     record = read_json(file)
