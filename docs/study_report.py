@@ -114,8 +114,9 @@ def shipped_gain(record: Record) -> str:
     higher = [f"`{policy}`" for policy in returns if returns[policy] > returns[SHIPPED]]
     return (
         f"**In the test scenarios, the shipped `{SHIPPED}` {_verdict([gain])} the fuzzy expert**: "
-        f"the paired difference in return is {_estimate(gain, 1)}. For its base rule, `{base}`, "
-        f"it is {_estimate(block[base]['return_gain'], 1)}. Higher mean return than `{SHIPPED}`: "
+        f"its return less that of the expert is {_estimate(gain, 1)}; that of its base rule, "
+        f"`{base}`, less that of the expert {_estimate(block[base]['return_gain'], 1)}. "
+        f"Higher mean return than `{SHIPPED}`: "
         f"{', '.join(higher) or 'none'}."
     )
 

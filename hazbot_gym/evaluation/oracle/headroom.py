@@ -45,7 +45,7 @@ from hazbot_gym.utils import processors
 from hazbot_gym.utils.json_object import JsonObject
 
 QUIET_DRIVE = {"wheel_loop": "ideal", "wheel_noise_radps": 0.0, "heading_noise_rad": 0.0}
-ZERO, EXPERT, BEST = "constant speed with stop", "fuzzy_expert", "best drive known"
+EXPERT, BEST = "fuzzy_expert", "best drive known"
 FULL_SPEED = "constant:fraction=1"  # a robot that sees no one
 RULES = (
     "stop_on_sight", "hall_steps", "social_force", "ssm:mode=strict", "ssm:mode=directional", "ttc",
