@@ -13,8 +13,7 @@ the exact optimum (``dynamic_programming.py``); both know the future.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -29,18 +28,16 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation import batch_rollout
 from hazbot_gym.evaluation.episode import Episode
 from hazbot_gym.evaluation.metrics import measure
-from hazbot_gym.evaluation.open_loop import Plan
-from hazbot_gym.evaluation.oracle.dynamic_programming import is_exact_for, optimum
+from hazbot_gym.evaluation.oracle.best_drives import Pace, optima, plan_of, searched
+from hazbot_gym.evaluation.oracle.dynamic_programming import is_exact_for
 from hazbot_gym.evaluation.oracle.lattice import LEVELS
-from hazbot_gym.evaluation.oracle.runs import lengthened
-from hazbot_gym.evaluation.oracle.trajectory_search import Effort, Found, search
+from hazbot_gym.evaluation.oracle.trajectory_search import Effort, Found
 from hazbot_gym.evaluation.statistics.normalised_score import normalised_score
 from hazbot_gym.policies import make
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.policies.guard import Actions, Observations
 from hazbot_gym.policies.sweeps import sweep
 from hazbot_gym.task.action import action_of_speed, nearest_level
-from hazbot_gym.task.scenario import ScenarioSampler
 from hazbot_gym.utils import processors
 from hazbot_gym.utils.json_object import JsonObject
 
@@ -178,8 +175,6 @@ def headroom(
     played = {family: play(test, _tuned(tuning, family)) for family in size.rules}
     starts = [zero, expert, full_speed, *played.values()]
     found = best_drives(test, starts, size.effort, on_progress)
-    longest = max(len(each.actions) for each in found)
-    plans = Plan(np.stack([lengthened(each.actions, longest) for each in found]))
     top = np.array([each.value for each in found])
     halfway = np.array([each.halfway for each in found])
 
@@ -195,7 +190,7 @@ def headroom(
     return {
         "full_speed_contacts": full_speed.contacts,
         "zero": _row(zero),
-        "best": _row(play(test, plans, name=BEST)) | {"bound": float(top.mean())},
+        "best": _row(play(test, plan_of(found), name=BEST)) | {"bound": float(top.mean())},
         "expert": row(expert),
         "best_rule": max(played, key=lambda family: played[family].returns.mean()),
         "rules": {family: row(run) for family, run in played.items()},
@@ -221,7 +216,7 @@ def play(scenarios: Scenarios, spec: str | Policy, *, name: str = "") -> Played:
 
 def best_drives(
     scenarios: Scenarios,
-    played: Iterable[Played],
+    played: Sequence[Played],
     effort: Effort,
     on_progress: Callable[[], None] = lambda: None,
 ) -> list[Found]:
@@ -229,47 +224,15 @@ def best_drives(
 
     Args:
         scenarios: the scenarios.
-        played: episodes that initialize the search, one policy each.
+        played: results that initialize the search, one policy each.
         effort: search budget.
         on_progress: called after each scenario.
     """
-    config = scenarios.config
-    if is_exact_for(config):
-        return _optima(config, next(iter(played)).keys, on_progress)
-    limit, nominal_mps = config.max_episode_steps, config.drive.nominal_speed_mps
-    starts = np.array(
-        [
-            [lengthened(action_of_speed(e.command_mps[1:], nominal_mps), limit) for e in p.episodes]
-            for p in played
-        ]
-    )
-
-    def best(i: int) -> Found:
-        seed = scenarios.seeds[i]
-        found = search(config, seed, starts[:, i], np.random.default_rng(seed), effort)
-        on_progress()
-        return found
-
-    return _in_threads(best, range(len(scenarios.seeds)))
-
-
-def _optima(config: Config, keys: list[int], on_progress: Callable[[], None]) -> list[Found]:
-    source = ScenarioSampler(config)
-
-    def best(key: int) -> Found:
-        exact = optimum(config, source.draw(key), key, with_speeds=True)
-        on_progress()
-        actions = action_of_speed(exact.speeds_mps, config.drive.nominal_speed_mps)
-        return Found(actions, exact.value, exact.value)
-
-    return _in_threads(best, keys)
-
-
-def _in_threads(best: Callable[[int], Found], items: Iterable[int]) -> list[Found]:
-    first, *others = items
-    found = [best(first)]  # here, where an interrupt ends what has to be compiled
-    with ThreadPoolExecutor(processors.usable()) as pool:
-        return found + list(pool.map(best, others))
+    pace = Pace(processors.usable(), on_progress)
+    if is_exact_for(scenarios.config):
+        return optima(scenarios.config, played[0].keys, pace)
+    drives = [run.episodes for run in played]
+    return searched(scenarios.config, scenarios.seeds, drives, effort, pace)
 
 
 def _people(preset: JsonObject) -> JsonObject:
