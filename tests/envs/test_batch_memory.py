@@ -14,17 +14,26 @@ from hazbot_gym.envs.registration import ENVIRONMENTS
 from hazbot_gym.envs.vector import CorridorVectorEnv
 
 
-def bytes_per_world(few: int = 16, many: int = 80, **arguments: Any) -> float:
-    """Return the memory of one more world, Python objects included."""
-    CorridorVectorEnv(few, **arguments).reset()  # compiles, which is no world's fault
-    sizes = []
-    for worlds in (few, many):
-        tracemalloc.start()
-        envs = CorridorVectorEnv(worlds, **arguments)
-        envs.reset(seed=0)
-        envs.step(np.zeros((worlds, 1)))
-        sizes.append(tracemalloc.get_traced_memory()[0])
-        tracemalloc.stop()
+def traced_bytes(worlds: int, **arguments: Any) -> int:
+    """Return the memory that a batch holds after its first decision, Python objects included."""
+    gc.collect()
+    tracemalloc.start()
+    envs = CorridorVectorEnv(worlds, **arguments)
+    envs.reset(seed=0)
+    envs.step(np.zeros((worlds, 1)))
+    gc.collect()
+    size = tracemalloc.get_traced_memory()[0]
+    tracemalloc.stop()
+    return size
+
+
+def bytes_per_world(few: int = 16, many: int = 144, **arguments: Any) -> float:
+    """Return the memory of one more world.
+
+    The first batch is not counted: it compiles and fills caches of the process.
+    """
+    traced_bytes(few, **arguments)
+    sizes = [traced_bytes(worlds, **arguments) for worlds in (few, many)]
     return (sizes[1] - sizes[0]) / (many - few)
 
 
