@@ -16,6 +16,7 @@ from hazbot_gym.config.parameters import (
     Clock,
     Config,
     Drive,
+    Gas,
     People,
     RewardWeights,
     Sensors,
@@ -29,7 +30,7 @@ from hazbot_gym.errors import InvalidInput, UnknownKeyword
 from hazbot_gym.utils.yaml_loader import read_yaml
 
 __all__ = [
-    "SCENARIOS", "Clock", "Config", "Drive", "People", "RewardWeights", "Sensors", "Speeds",
+    "SCENARIOS", "Clock", "Config", "Drive", "Gas", "People", "RewardWeights", "Sensors", "Speeds",
     "Tracker", "Walker", "horizon_in", "make_config",
 ]  # fmt: skip
 

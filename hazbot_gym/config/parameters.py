@@ -9,6 +9,8 @@ from pydantic import AfterValidator, Field, model_validator
 
 from hazbot_gym.config.section import Loose, Section
 from hazbot_gym.core.fuzzy_pid import FuzzyPid
+from hazbot_gym.core.gas import Plume
+from hazbot_gym.core.gas_sensor import GasSensor
 from hazbot_gym.core.kinematics import Chassis
 from hazbot_gym.core.line_sensor import LineSensor
 from hazbot_gym.core.pid import PidGains, Plant
@@ -37,6 +39,7 @@ MOST_PHYSICS_STEPS = 1000  # of a decision
 
 Count = Annotated[int, Ge(0), Le(MOST_PEOPLE)]
 Weight = Annotated[float, Ge(0)]
+Positive = Annotated[float, Gt(0)]
 Weights = Annotated[tuple[Weight, Weight, Weight, Weight], Loose]
 Reactions = Annotated[tuple[Reaction, Reaction, Reaction, Reaction], Loose]
 
@@ -179,6 +182,27 @@ class Sensors(Section):
     tracker: Tracker = Tracker()
 
 
+class Gas(Section):
+    """Gas: a leak somewhere along the path, its plume, and the sensor that the robot carries."""
+
+    # core/gas_sensor.py, by name or in full
+    sensor: Literal["TGS2611", "TGS2620", "TGS2600"] | GasSensor = "TGS2611"
+    leak_share: Annotated[float, Ge(0), Le(1)] = 0.7  # share of episodes with a leak
+    # Lowest and highest, our choice: from leaks that are missed to leaks that no one misses
+    strength_ppm: Annotated[tuple[Positive, Positive], Loose] = (5.0, 50.0)  # 1 m downwind
+    draught_mps: Annotated[tuple[Positive, Positive], Loose] = (0.2, 0.5)  # in either direction
+    plume: Plume = Plume()
+
+    @model_validator(mode="after")
+    def _ranges_ascend(self) -> Gas:
+        for name in ("strength_ppm", "draught_mps"):
+            low, high = getattr(self, name)
+            if low > high:
+                given = getattr(self, name)
+                raise ValueError(f"{name}: given {given}, the first must not exceed the second")
+        return self
+
+
 class RewardWeights(NamedTuple):
     """Weights of the reward terms of ``task/reward.py``; penalties are negative."""
 
@@ -189,6 +213,7 @@ class RewardWeights(NamedTuple):
     burden: float = -0.1  # a second of a person's delay costs as much as one of the robot's
     contact: float = -400.0  # more than blocking a person until the horizon
     arrival: float = 1.0  # per second
+    survey: float = 150.0  # only with gas: a leak missed costs 300 s more than a leak found
 
 
 class Config(Section):
@@ -206,6 +231,7 @@ class Config(Section):
     drive: Drive = Drive()
     people: People = People()
     sensors: Sensors = Sensors()
+    gas: Gas | None = None  # given, even if empty: gas, a gas sensor, and a reward for leaks found
     reward: RewardWeights = RewardWeights()
 
     @model_validator(mode="after")

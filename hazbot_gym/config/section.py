@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Self, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Strict, ValidationError, model_validator
@@ -107,7 +107,13 @@ def _known_keys(location: tuple[int | str, ...], model: type[BaseModel]) -> str:
         if isinstance(part, int):
             node = next(iter(get_args(node)), None)
         else:
-            known = getattr(node, "model_fields", {}).get(part)
+            sections = [getattr(each, "model_fields", {}) for each in (node, *get_args(node))]
+            known = next((each[part] for each in sections if part in each), None)
             node = known.annotation if known else None
-    keys = getattr(node, "model_fields", None) or getattr(node, "_fields", ())
+    keys = [key for each in (node, *get_args(node)) for key in _keys_of(each)]  # of a union, too
     return f", allowed are {', '.join(keys)}" if keys else ""
+
+
+def _keys_of(kind: object) -> Iterator[str]:
+    keys: Iterable[str] = getattr(kind, "model_fields", ()) or getattr(kind, "_fields", ())
+    return iter(keys)

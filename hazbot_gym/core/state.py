@@ -1,4 +1,4 @@
-"""State records: robot, wheel, person, track and place as record arrays.
+"""State records: robot, wheel, person, track, gas and place as record arrays.
 
 Both engines, the sensors, the observation and the reward use these records only. SI units, radians
 counter-clockwise, x forward, y left. A record array is passed to kernels as it is; in kernels its
@@ -168,6 +168,94 @@ class TrackRecord(Protocol):
     y: float
     vx: float
     vy: float
+
+
+# --- gas ------------------------------------------------------------------------------------------
+
+LEAK = np.dtype(
+    [
+        ("is_there", "i8"),  # 0 without a leak; the other fields are then 0
+        ("s_m", "f8"),  # arc length of the path beside the leak
+        ("y_m", "f8"),  # lateral position, left of the path positive
+        ("strength_ppm", "f8"),  # S, on the centerline 1 m downwind, in an open place
+        ("draught_mps", "f8"),  # U, negative against the direction of the path
+        ("left_m", "f8"),  # distance from the path to the wall on the left, inf without
+        ("right_m", "f8"),  # the same on the right
+        ("phase_1", "f8"),  # of the meander [rad]
+        ("phase_2", "f8"),
+        ("phase_3", "f8"),
+    ],
+    align=True,
+)
+
+
+class LeakRecord(Protocol):
+    """One element of an array of ``LEAK``."""
+
+    is_there: int
+    s_m: float
+    y_m: float
+    strength_ppm: float
+    draught_mps: float
+    left_m: float
+    right_m: float
+    phase_1: float
+    phase_2: float
+    phase_3: float
+
+
+SMELL = np.dtype(
+    [
+        ("s_m", "f8"),  # arc length of the path at the sensor
+        ("concentration_ppm", "f8"),  # c there
+        ("response", "f8"),  # r, without noise
+        ("reading", "f8"),  # r with noise / alarm threshold
+        ("smooth", "f8"),  # reading behind one filter, and behind both
+        ("smoother", "f8"),
+        ("peak", "f8"),  # largest smoothed reading so far
+        ("since_peak_s", "f8"),  # time since then
+        ("alarm", "i8"),  # 1 while the alarm sounds
+        ("onset", "i8"),  # 1 if it started in this decision
+        ("has_sounded", "i8"),  # 1 from the first alarm on
+    ],
+    align=True,
+)  # state of a gas sensor
+
+
+class SmellRecord(Protocol):
+    """One element of an array of ``SMELL``."""
+
+    s_m: float
+    concentration_ppm: float
+    response: float
+    reading: float
+    smooth: float
+    smoother: float
+    peak: float
+    since_peak_s: float
+    alarm: int
+    onset: int
+    has_sounded: int
+
+
+GAS = np.dtype(
+    [
+        ("leak", LEAK),
+        ("smell", SMELL),
+        ("is_reported", "i8"),  # 1 once an alarm was caused by gas
+        ("false_alarms", "i8"),  # number of other alarms
+    ],
+    align=True,
+)  # an episode's gas: leak, sensor, and the survey so far
+
+
+class GasRecord(Protocol):
+    """One element of an array of ``GAS``."""
+
+    leak: LeakRecord
+    smell: SmellRecord
+    is_reported: int
+    false_alarms: int
 
 
 NO_CONTACT, WALL = -2, -1  # contact codes other than a person's index

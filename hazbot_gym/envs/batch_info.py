@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from hazbot_gym.core.state import Floats
+from hazbot_gym.core.state import Floats, Records
 from hazbot_gym.envs.arguments import Info
 from hazbot_gym.envs.batch_step import Bools, Outputs
+from hazbot_gym.task.leak import gas_info
 from hazbot_gym.task.outcome import CAUSE_NAMES, NOBODY, OUTCOME_NAMES, RUNNING
-from hazbot_gym.task.reward import TERMS
 
 Names = npt.NDArray[np.object_]
 
@@ -36,40 +36,56 @@ class Scenarios(NamedTuple):
         return Scenarios(*(np.where(where, theirs, mine) for mine, theirs in columns))
 
 
+class Reported(NamedTuple):
+    """What infos report besides the outputs of a step."""
+
+    scenarios: Scenarios
+    decision_s: float
+    terms: tuple[str, ...]  # names of the reward terms
+
+
 def world_info(
-    outputs: Outputs, scenarios: Scenarios, decision_s: float, *, told: Bools, fresh: Bools
+    reported: Reported, outputs: Outputs, gas: Records, *, told: Bools, fresh: Bools
 ) -> Info:
     """Return the infos of the reported worlds; fresh worlds have just been reset."""
-    records = outputs.records
+    scenarios, records = reported.scenarios, outputs.records
     outcomes, causes = records["outcome"].copy(), records["cause"].copy()
     outcomes[fresh], causes[fresh] = RUNNING, NOBODY
     terms = outputs.terms.T.copy()
-    time_s, costs = np.round(outputs.steps * decision_s, 9), outputs.costs.copy()
+    time_s, costs = np.round(outputs.steps * reported.decision_s, 9), outputs.costs.copy()
     speeds_mps = records["contact_speed_mps"].copy()
     keys, times_free_s = scenarios.keys.copy(), scenarios.times_free_s.copy()
     silent = np.flatnonzero(fresh | ~told)
     terms[:, silent] = time_s[silent] = costs[silent] = speeds_mps[silent] = 0.0
     keys[~told] = times_free_s[~told] = 0
+    values: Info = {}
+    if len(gas):
+        smelt = gas_info(gas)
+        for value in smelt.values():
+            value[~told] = 0
+        values["gas"] = masked(told, **smelt)
     return masked(
         told,
         scenario_key=keys,
         place=_where(told, scenarios.places.copy()),
         time_free_s=times_free_s,
         time_s=time_s,
-        reward_terms=masked(told, **dict(zip(TERMS, terms, strict=True))),
+        reward_terms=masked(told, **dict(zip(reported.terms, terms, strict=True))),
         cost=costs,
         outcome=_where(told, _OUTCOMES[outcomes]),
         contact_caused_by=_where(told, _CAUSES[causes]),
         contact_speed_mps=speeds_mps,
+        **values,
     )
 
 
-def final_info(outputs: Outputs, scenarios: Scenarios, decision_s: float, ended: Bools) -> Info:
+def final_info(reported: Reported, outputs: Outputs, ended: Bools) -> Info:
     """Return the last observations and infos of ended episodes (SAME_STEP)."""
     observations = np.full(len(ended), None, object)
     for i in np.flatnonzero(ended):
         observations[i] = outputs.final_observations[i].copy()  # one array each
-    last = world_info(outputs, scenarios, decision_s, told=ended, fresh=np.zeros_like(ended))
+    fresh = np.zeros_like(ended)
+    last = world_info(reported, outputs, outputs.final_gas, told=ended, fresh=fresh)
     return masked(ended, final_obs=observations, final_info=last)
 
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from hazbot_gym.core.geometry import path_length
 from hazbot_gym.core.jit import LANES, lean_kernel, scalar
 from hazbot_gym.core.state import NO_PATTERN, Floats, Records
 from hazbot_gym.sim.batched_worlds import (
@@ -23,13 +24,16 @@ from hazbot_gym.sim.batched_worlds import (
 )
 from hazbot_gym.sim.drive import command_robot, place_robot
 from hazbot_gym.sim.perception import nearest_ahead, perceive
+from hazbot_gym.sim.smell import smell
 from hazbot_gym.sim.walkers import Workspace
 from hazbot_gym.task.action import commanded_speed
+from hazbot_gym.task.leak import clear_gas, draw_leak
 from hazbot_gym.task.observation import observe
 from hazbot_gym.task.outcome import RUNNING
-from hazbot_gym.task.reward import judge, safety_cost, total
+from hazbot_gym.task.reward import SURVEY, judge, safety_cost, total
 from hazbot_gym.task.scenario import ScenarioTable, draw_scenario
 from hazbot_gym.task.step_record import open_record
+from hazbot_gym.task.survey import survey
 
 Bools = npt.NDArray[np.bool_]
 Observations = npt.NDArray[np.float32]
@@ -50,10 +54,11 @@ class Outputs(NamedTuple):
     observations: Observations  # (N, width)
     final_observations: Observations  # (N, width) of episodes that ended and were reset at once
     records: Records  # (N,) STEP
-    terms: Floats  # (N, 7)
+    terms: Floats  # (N, 7), with gas (N, 8)
     rewards: Floats  # (N,) their weighted sum
     costs: Floats  # (N,) safety cost
     steps: npt.NDArray[np.int64]  # (N,) decisions taken in the episode, its last included
+    final_gas: Records  # (N,) GAS of episodes that ended and were reset at once; (0,) without gas
 
 
 class Problem(NamedTuple):
@@ -64,7 +69,7 @@ class Problem(NamedTuple):
     sensors: Records  # (1,) SensorParameters
     ring: Records  # (n,) RING, range sensors
     rules: Records  # (1,) Rules
-    weights: Floats  # (7,) of the reward terms
+    weights: Floats  # (7,) of the reward terms, with gas (8,)
     nobody: Records  # (1,) blank PERSON
     start_speed_mps: float
 
@@ -98,6 +103,12 @@ def _perceive(i: int, worlds: Worlds, problem: Problem) -> None:
         problem.sensors[0], problem.ring, worlds.history[i], worlds.keys[i], worlds.steps[i],
         worlds.ranges[i], worlds.tracks[i],
     )  # fmt: skip
+    if worlds.gas.shape[0] > 0:
+        gas = problem.table.gas
+        smell(
+            worlds.robots[i], worlds.gas[i], gas.plume[0], gas.nose[0], worlds.keys[i],
+            worlds.steps[i],
+        )  # fmt: skip
 
 
 @scalar
@@ -108,6 +119,8 @@ def _judge(
     record, terms, steps = outputs.records[i], outputs.terms[i], worlds.steps[i]
     path = place_of(worlds, i, _surroundings(problem)).path
     judge(record, worlds.robots[i], worlds.people[i], path, contact, steps, problem.rules[0], terms)
+    if worlds.gas.shape[0] > 0:
+        terms[SURVEY] = survey(worlds.gas[i], record.outcome, problem.table.gas.nose[0])
     outputs.rewards[i] = total(terms, problem.weights)
     outputs.costs[i] = safety_cost(terms, record.cause)
     outputs.steps[i] = steps
@@ -118,7 +131,10 @@ def _judge(
 def _observe(i: int, worlds: Worlds, problem: Problem, outputs: Outputs) -> None:
     """Write the observation of world i."""
     path = place_of(worlds, i, _surroundings(problem)).path
-    observe(worlds.robots[i], path, worlds.ranges[i], worlds.tracks[i], outputs.observations[i])
+    observe(
+        worlds.robots[i], path, worlds.ranges[i], worlds.tracks[i], worlds.gas[i : i + 1],
+        outputs.observations[i],
+    )  # fmt: skip
 
 
 @scalar
@@ -134,6 +150,8 @@ def _reset_world(
     else:
         for k in range(outputs.observations.shape[1]):
             outputs.final_observations[i, k] = outputs.observations[i, k]
+        if worlds.gas.shape[0] > 0:
+            outputs.final_gas[i] = worlds.gas[i]
     m, people, tracks = problem.mechanics, worlds.people[i], worlds.tracks[i]
     key = episodes.keys[i, episodes.used[i]]
     episodes.used[i] += 1
@@ -149,6 +167,11 @@ def _reset_world(
     for k in range(worlds.pending.shape[1]):
         worlds.pending[i, k] = problem.start_speed_mps
     path = place_of(worlds, i, _surroundings(problem)).path
+    if worlds.gas.shape[0] > 0:
+        table = problem.table.gas
+        left_m, right_m = table.sides[worlds.places[i], 0], table.sides[worlds.places[i], 1]
+        clear_gas(worlds.gas[i])
+        draw_leak(worlds.gas[i], table.rules[0], path_length(path), left_m, right_m, key)
     place_robot(
         worlds.robots[i], worlds.wheels[i], path, problem.start_speed_mps, m.drive[0], m.gains
     )

@@ -20,7 +20,7 @@ from hazbot_gym.envs.viewer import TRAIL_STEPS, castor_of, frame_of
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.batched_worlds import Worlds
 from hazbot_gym.task.outcome import MOVING_MPS, OUTCOME_NAMES, RUNNING
-from hazbot_gym.task.reward import TERMS
+from hazbot_gym.task.reward import terms_of, weights_of
 
 if TYPE_CHECKING:
     from hazbot_gym.envs.rendering import Painter
@@ -34,12 +34,12 @@ class BatchViewer:
             raise InvalidInput(
                 f"render_mode: given {mode!r}, allowed for a batch are None and 'rgb_array'"
             )
-        self._config, self._weights = config, np.array(config.reward)
+        self._config, self._weights = config, weights_of(config)
         self._table, self._places = table, dict[int, Place]()
         self._trails: deque[Floats] = deque(maxlen=TRAIL_STEPS + 1)  # (N, 2) at each instant
         self._instants = np.zeros(worlds, np.int64)  # of the running episode
         self._driven = np.zeros((worlds, 2))  # speed and yaw rate when the robot last moved
-        self._terms = np.zeros((worlds, len(TERMS)))  # weighted, of the last decision
+        self._terms = np.zeros((worlds, len(self._weights)))  # weighted, of the last decision
         self._returns = np.zeros(worlds)
         self._outcomes = np.zeros(worlds, np.int64)
         self._painter: Painter | None = None
@@ -86,7 +86,7 @@ class BatchViewer:
             ranges_m=worlds.ranges[i],
             trail=np.array([at[i] for at in trail]),
             castor_rad=castor_of(self._driven[i, 0], self._driven[i, 1], self._config),
-            terms=dict(zip(TERMS, self._terms[i].tolist(), strict=True)),
+            terms=dict(zip(terms_of(self._config), self._terms[i].tolist(), strict=True)),
             total_reward=float(self._returns[i]),
             time_s=time_s,
             outcome="" if outcome == RUNNING else OUTCOME_NAMES[outcome],

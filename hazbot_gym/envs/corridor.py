@@ -24,13 +24,16 @@ from hazbot_gym.sim.perception import (
     sensor_parameters,
     tracker_of,
 )
+from hazbot_gym.sim.smell import smell_kernel
 from hazbot_gym.sim.world import Snapshot, World
 from hazbot_gym.task.action import ACTION_TOLERANCE, SPEED_LEVELS, commanded_speed, level_action
+from hazbot_gym.task.leak import gas_info
 from hazbot_gym.task.observation import layout_in, markdown_table, observe_kernel
 from hazbot_gym.task.outcome import CAUSE_NAMES, OUTCOME_NAMES, RUNNING, TIMEOUT
-from hazbot_gym.task.reward import TERMS, judge_kernel, safety_cost
+from hazbot_gym.task.reward import judge_kernel, safety_cost, terms_of, weights_of
 from hazbot_gym.task.scenario import ScenarioSampler
 from hazbot_gym.task.step_record import STEP, rules_of
+from hazbot_gym.task.survey import survey_kernel
 from hazbot_gym.utils.whole_number import whole_number
 
 
@@ -134,12 +137,13 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         self._world = World(self.config)
         self._sensors = as_record(sensor_parameters(self.config))
         self._ring = ring_of(self.config)
-        self._weights = np.array(self.config.reward)
+        self._weights = weights_of(self.config)
+        self._term_names = terms_of(self.config)
         self._layout = layout_in(self.config)
         observed, self.action_space = spaces_of(self.config)
         self.observation_space = cast("gymnasium.Space[npt.NDArray[np.float32]]", observed)
         self._ranges = np.zeros(len(self._ring))
-        self._terms = np.zeros(len(TERMS))
+        self._terms = np.zeros(len(self._term_names))
         self._record = records(STEP, 1)
         self._rules = as_record(rules_of(self.config))
         self._free_times: dict[bytes, float] = {}
@@ -156,7 +160,8 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         scenario = self.source.draw(key)
         self._world.reset(scenario.place, scenario.people, scenario.recording, key)
         self._key, self._place, self._is_over = key, scenario.name, False
-        self._terms, self._record = np.zeros(len(TERMS)), records(STEP, 1)
+        self._terms, self._record = np.zeros(len(self._term_names)), records(STEP, 1)
+        self._gas = scenario.gas
         self._time_free_s = self._free_time_s()
         people = len(scenario.people)
         self._tracks = blank_tracks(people)
@@ -194,7 +199,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
 
     def snapshot(self) -> Snapshot:
         """Return a copy of the true state, for metrics and pictures, not for policies."""
-        return self._world.snapshot()
+        return self._world.snapshot()._replace(gas=self._gas.copy())
 
     # --- inside ----------------------------------------------------------------------------------
 
@@ -243,6 +248,12 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
             self._ranges,
             self._tracks,
         )
+        if len(self._gas):
+            table = self.source.table.gas
+            smell_kernel(
+                world.robots, self._gas, table.plume, table.nose, np.uint64(self._key),
+                world.decision,
+            )  # fmt: skip
 
     def _judge(self) -> int:
         """Complete the record and the reward terms of the decision; return the outcome."""
@@ -257,12 +268,16 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
             self._rules,
             self._terms,
         )
+        if len(self._gas):
+            survey_kernel(self._gas, self._record, self.source.table.gas.nose, self._terms)
         return int(self._record["outcome"][0])
 
     def _observe(self) -> npt.NDArray[np.float32]:
         """Return the observation."""
         world, observation = self._world, np.empty(self._layout.width, dtype=np.float32)
-        observe_kernel(world.robots, world.place.path, self._ranges, self._tracks, observation)
+        observe_kernel(
+            world.robots, world.place.path, self._ranges, self._tracks, self._gas, observation
+        )
         return observation
 
     def _show(self, outcome: str) -> None:
@@ -274,17 +289,20 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         """Return the info of a reset or step, always with the same keys."""
         # All fields at once, which is faster.
         *_, outcome, cause, speed_mps, _ = self._record.item()
-        return {
+        info = {
             "scenario_key": self._key,
             "place": self._place,
             "time_free_s": self._time_free_s,
             "time_s": self._world.time_s,
-            "reward_terms": dict(zip(TERMS, self._terms.tolist(), strict=True)),
+            "reward_terms": dict(zip(self._term_names, self._terms.tolist(), strict=True)),
             "cost": safety_cost(self._terms, cause),
             "outcome": OUTCOME_NAMES[outcome],
             "contact_caused_by": CAUSE_NAMES[cause],
             "contact_speed_mps": speed_mps,
         }
+        if len(self._gas):
+            info["gas"] = {name: value.item() for name, value in gas_info(self._gas).items()}
+        return info
 
     def _free_time_s(self) -> float:
         """Return the travel time without people; cached per path."""

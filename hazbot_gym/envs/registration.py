@@ -63,6 +63,14 @@ ENVIRONMENTS: dict[str, tuple[str, dict[str, object]]] = {
         "An L-shaped aisle between shelves, with a blind corner.",
         {"place": "aisle", "people": {"count": [2, 5]}},
     ),
+    "Inspection-v1": (
+        "A corridor with people, and in 70 % of episodes a gas leak to be found.",
+        {"gas": {}},
+    ),
+    "InspectionEmpty-v1": (
+        "The same without people: how fast to drive for the gas sensor alone.",
+        {"gas": {}, "people": {"count": [0, 0]}},
+    ),
     "Replay-v1": (
         "Recorded people; without a track file, a small synthetic recording.",
         {"people": {"model": "replay"}},

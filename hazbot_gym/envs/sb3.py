@@ -26,7 +26,8 @@ from hazbot_gym.envs.sb3_singles import Functions, Singles
 from hazbot_gym.envs.spec import horizon_of_spec
 from hazbot_gym.envs.vector import CorridorVectorEnv
 from hazbot_gym.errors import InvalidInput, MissingExtra
-from hazbot_gym.task.reward import TERMS
+from hazbot_gym.task.leak import gas_info
+from hazbot_gym.task.reward import terms_of
 from hazbot_gym.utils.whole_number import whole_number
 
 try:
@@ -45,7 +46,8 @@ class CorridorVecEnv(VecEnv):
     Infos are those of single environments. ``render`` tiles the first nine worlds.
 
     Attributes:
-        terms: (N, 7) unweighted reward terms of the last decision, in the order of ``TERMS``.
+        terms: (N, 7) unweighted reward terms of the last decision, in the order of ``TERMS``; with
+            gas (N, 8).
         costs: (N,) its safety costs.
 
     Example:
@@ -93,7 +95,8 @@ class CorridorVecEnv(VecEnv):
         spec.kwargs = {"config": self.worlds.config.model_dump(mode="json")}
         self.spec = spec
         self._actions: npt.NDArray[np.generic] | None = None
-        self.terms, self.costs = np.zeros((count, len(TERMS))), np.zeros(count)
+        self._term_names = terms_of(self.worlds.config)
+        self.terms, self.costs = np.zeros((count, len(self._term_names))), np.zeros(count)
         actions = self.worlds.single_action_space
         if self._singles and self._singles.action_space == actions:
             actions = self._singles.action_space  # seeded by make_vec_env
@@ -140,7 +143,7 @@ class CorridorVecEnv(VecEnv):
         observations, rewards, terminated, truncated, info = self.worlds.step(self._actions)
         ended = terminated | truncated
         ends = np.flatnonzero(ended)
-        self.terms, self.costs = _decision_of(info)
+        self.terms, self.costs = _decision_of(info, self._term_names)
         infos = self._infos(info["time_s"])
         if len(ends):
             fresh = _by_world(info, ends)
@@ -156,9 +159,13 @@ class CorridorVecEnv(VecEnv):
 
     def _infos(self, time_s: Floats) -> list[Info]:
         """Return the infos of running worlds: those of their resets with updates."""
-        blank = [dict.fromkeys(TERMS)] * self.num_envs
-        terms = _filled(blank, dict(zip(TERMS, self.terms.T.tolist(), strict=True)))
+        blank = [dict.fromkeys(self._term_names)] * self.num_envs
+        terms = _filled(blank, dict(zip(self._term_names, self.terms.T.tolist(), strict=True)))
         changed = {"time_s": time_s.tolist(), "reward_terms": terms, "cost": self.costs.tolist()}
+        gas = gas_info(self.worlds.state().gas)
+        if self.worlds.config.gas is not None:
+            columns = {name: values.tolist() for name, values in gas.items()}
+            changed["gas"] = _filled([dict.fromkeys(columns)] * self.num_envs, columns)
         return _filled(self._starts, changed)
 
     def close(self) -> None:
@@ -217,10 +224,10 @@ def _common(options: list[Info]) -> Info:
     return {"key": [each.get("key") for each in options]}
 
 
-def _decision_of(info: Info) -> tuple[Floats, Floats]:
+def _decision_of(info: Info, names: Sequence[str]) -> tuple[Floats, Floats]:
     """Return terms and costs of a decision in all worlds, from ``final_info`` for ended ones."""
     tellers = [info, info["final_info"]] if "final_info" in info else [info]  # each 0 elsewhere
-    terms = sum(np.stack([teller["reward_terms"][name] for name in TERMS], 1) for teller in tellers)
+    terms = sum(np.stack([teller["reward_terms"][name] for name in names], 1) for teller in tellers)
     return cast(Floats, terms), sum(teller["cost"] for teller in tellers)
 
 

@@ -20,7 +20,7 @@ from hazbot_gym.core.jit import LANES
 from hazbot_gym.core.place_table import place_at
 from hazbot_gym.core.state import PERSON, Floats, Records, as_record, records
 from hazbot_gym.envs.arguments import Info
-from hazbot_gym.envs.batch_info import Scenarios, final_info, world_info
+from hazbot_gym.envs.batch_info import Reported, Scenarios, final_info, world_info
 from hazbot_gym.envs.batch_input import (
     Seeds,
     actions_of,
@@ -42,7 +42,7 @@ from hazbot_gym.sim.perception import ring_of, sensor_parameters, tracker_of
 from hazbot_gym.sim.walkers import make_workspace
 from hazbot_gym.task.observation import layout_in
 from hazbot_gym.task.outcome import RUNNING, TIMEOUT
-from hazbot_gym.task.reward import TERMS
+from hazbot_gym.task.reward import terms_of, weights_of
 from hazbot_gym.task.scenario import ScenarioSampler
 from hazbot_gym.task.step_record import STEP, rules_of
 from hazbot_gym.utils import processors
@@ -58,6 +58,7 @@ class State(NamedTuple):
     time_s: Floats  # (N,)
     robots: Records  # (N,) ROBOT
     people: Records  # (N, P) PERSON, including absent people
+    gas: Records  # (N,) GAS; (0,) without gas
 
 
 class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
@@ -145,7 +146,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             sensors=as_record(sensor_parameters(config)),
             ring=ring_of(config),
             rules=as_record(rules_of(config)),
-            weights=np.array(config.reward),
+            weights=weights_of(config),
             nobody=records(PERSON, 1),
             start_speed_mps=config.drive.start_speed_mps,
         )
@@ -155,6 +156,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             len(self._problem.ring),
             tracker_latency=tracker_of(config).latency_steps,
             drive_latency=config.drive.latency_steps,
+            has_gas=config.gas is not None,
         )
         self._blocks = _blocks(n, self._thread_count)
         room = LANES * source.people
@@ -172,10 +174,11 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             observations=np.zeros((n, width), np.float32),
             final_observations=np.zeros((n, width), np.float32),
             records=np.zeros(n, STEP),
-            terms=np.zeros((n, len(TERMS))),
+            terms=np.zeros((n, len(terms_of(config)))),
             rewards=np.zeros(n),
             costs=np.zeros(n),
             steps=np.zeros(n, np.int64),
+            final_gas=np.zeros_like(self._worlds.gas),
         )
 
     # --- Gymnasium's interface -------------------------------------------------------------------
@@ -207,9 +210,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         self._scenarios = self._met(mask)
         if self._viewer:
             self._viewer.see(self._worlds, self._outputs, mask, fresh=mask)
-        info = world_info(
-            self._outputs, self._scenarios, self.config.clock.decision_s, told=mask, fresh=mask
-        )
+        info = self._info(told=mask, fresh=mask)
         return self._outputs.observations.copy(), info
 
     def step(
@@ -231,21 +232,22 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         outcome = self._outputs.records["outcome"]
         ended, truncated = outcome != RUNNING, outcome == TIMEOUT
         is_same_step = self.autoreset_mode == AutoresetMode.SAME_STEP
-        fresh, decision_s = ended if is_same_step else due, self.config.clock.decision_s
+        fresh = ended if is_same_step else due
         if self._viewer:
             self._viewer.see(self._worlds, self._outputs, mask, fresh=fresh & mask)
         finished, self._scenarios = self._scenarios, self._met(fresh & mask)
-        info = world_info(self._outputs, self._scenarios, decision_s, told=everyone, fresh=fresh)
+        info = self._info(told=everyone, fresh=fresh)
         if is_same_step and ended.any():
             self._finished = self._finished.replaced(finished, ended & mask)
-            info.update(final_info(self._outputs, self._finished, decision_s, ended))
+            info.update(final_info(self._reported(self._finished), self._outputs, ended))
         outputs = self._outputs
         rewards = outputs.rewards.copy()
         return outputs.observations.copy(), rewards, ended & ~truncated, truncated, info
 
     def state(self) -> State:
         """Return the true state of all worlds, for metrics."""
-        return State(self._times_s(), self._worlds.robots.copy(), self._worlds.people.copy())
+        worlds = self._worlds
+        return State(self._times_s(), worlds.robots.copy(), worlds.people.copy(), worlds.gas.copy())
 
     def render(self) -> tuple[npt.NDArray[np.uint8], ...] | None:
         """Return a picture (H, W, 3) of each world, all of one size; None without a render mode."""
@@ -276,6 +278,13 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         raise InvalidInput(f"np_random: given {value!r}, allowed is reset(seed=...)")
 
     # --- inside ----------------------------------------------------------------------------------
+
+    def _info(self, *, told: Bools, fresh: Bools) -> Info:
+        reported = self._reported(self._scenarios)
+        return world_info(reported, self._outputs, self._worlds.gas, told=told, fresh=fresh)
+
+    def _reported(self, scenarios: Scenarios) -> Reported:
+        return Reported(scenarios, self.config.clock.decision_s, terms_of(self.config))
 
     def _times_s(self) -> Floats:
         """Return the time since each world's reset (N,) [s]."""

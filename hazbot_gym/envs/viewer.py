@@ -17,7 +17,7 @@ from hazbot_gym.envs.frame import Frame
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.world import World
 from hazbot_gym.task.outcome import MOVING_MPS
-from hazbot_gym.task.reward import TERMS
+from hazbot_gym.task.reward import terms_of, weights_of
 
 if TYPE_CHECKING:
     from hazbot_gym.envs.rendering import Painter
@@ -40,7 +40,7 @@ class Viewer:
                 f"render_mode: given {mode!r}, allowed are None, {' and '.join(map(repr, MODES))}"
             )
         self._mode, self._config = mode, config
-        self._weights = np.array(config.reward)
+        self._weights = weights_of(config)
         self._frame: Frame | None = None
         self._painter: Painter | None = None
         self._window: Window | None = None
@@ -77,7 +77,7 @@ class Viewer:
             ranges_m=ranges_m.copy(),
             trail=np.array(self._trail),
             castor_rad=self._castor_rad,
-            terms=dict(zip(TERMS, weighted.tolist(), strict=True)),
+            terms=dict(zip(terms_of(self._config), weighted.tolist(), strict=True)),
             total_reward=self._total_reward,
             time_s=world.time_s,
             outcome=outcome,

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hazbot_gym.config import Config
-from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, Floats, Ints
+from hazbot_gym.core.state import GAS, PRESENT, ROBOT_RADIUS_M, Floats, Ints
 from hazbot_gym.envs.arguments import Info
 from hazbot_gym.envs.vector import CorridorVectorEnv, State
 from hazbot_gym.errors import InvalidInput
@@ -26,12 +26,13 @@ from hazbot_gym.evaluation.episode import (
     Episode,
     ending,
     labels_of,
+    rise_s_of,
     stack_people,
 )
 from hazbot_gym.evaluation.without_robot import walked_alone
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.policies.own_policy import OwnPolicy
-from hazbot_gym.task.reward import TERMS
+from hazbot_gym.task.reward import terms_of
 
 MOST_WORLDS = 512  # side by side; more are no faster, and their record would take more memory
 LONG = 2000  # decisions; in longer episodes fewer worlds, for the same memory
@@ -148,7 +149,9 @@ class _Log:
         self._robots = np.empty((limit + 1, n, len(ROBOT_COLUMNS)))
         self._times_s = np.empty((limit + 1, n))
         self._rewards, self._costs = np.empty((limit, n)), np.empty((limit, n))
-        self._terms: dict[str, Floats] = {}
+        self._terms = {name: np.empty((limit, n)) for name in terms_of(worlds.config)}
+        self._gas = np.empty((limit + 1, n if worlds.config.gas else 0), GAS)
+        self._rise_s = rise_s_of(worlds.config)
         self._people: list[tuple[Ints, Ints, Floats]] = []  # world, person, columns; by instant
         self._info: Info = {}
         self._note_state(0, worlds.state())
@@ -164,8 +167,7 @@ class _Log:
         """Record one decision of all live worlds, and which episodes it ended."""
         t = len(self._people) - 1
         self._rewards[t], self._costs[t], self._info = rewards, info["cost"], info
-        for name in TERMS:
-            terms = self._terms.setdefault(name, np.empty_like(self._rewards))
+        for name, terms in self._terms.items():
             terms[t] = info["reward_terms"][name]
         self._note_state(t + 1, state)
         self._steps[self.live] += 1
@@ -175,6 +177,7 @@ class _Log:
         self._times_s[t] = state.time_s
         for column, name in enumerate(ROBOT_COLUMNS):
             self._robots[t, :, column] = state.robots[name]
+        self._gas[t] = state.gas
         is_there = (state.people["status"] == PRESENT) & self.live[:, None]
         columns = np.stack([state.people[name][is_there] for name in PERSON_COLUMNS], axis=1)
         world, person = np.nonzero(is_there)
@@ -214,4 +217,6 @@ class _Log:
             robot_radius_m=ROBOT_RADIUS_M,
             deceleration_mps2=self._drive.deceleration_mps2,
             nominal_mps=self._drive.nominal_speed_mps,
+            sensor_rise_s=self._rise_s,
+            gas=self._gas[: steps + 1, i : i + 1].reshape(-1),
         )

@@ -6,7 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hazbot_gym.core.state import Floats, Ints
+from hazbot_gym.config import Config, Gas
+from hazbot_gym.core.gas_sensor import gas_sensor_of
+from hazbot_gym.core.state import Floats, Ints, Records
 from hazbot_gym.task.fingerprint import fingerprint
 from hazbot_gym.task.outcome import CAUSE_NAMES, NOBODY, OUTCOME_NAMES, RUNNING, TIMEOUT
 from hazbot_gym.task.scenario import ScenarioSampler
@@ -43,6 +45,8 @@ class Episode(NamedTuple):
         robot_radius_m: radius of the robot [m].
         deceleration_mps2: limit of the drive's deceleration [m/s^2].
         nominal_mps: nominal speed, that of action +1 [m/s].
+        sensor_rise_s: time constant of the gas sensor's rise [s]; without gas, of the default one.
+        gas: (T + 1,) GAS records; (0,) without gas.
     """
 
     time_s: Floats
@@ -63,6 +67,13 @@ class Episode(NamedTuple):
     robot_radius_m: float
     deceleration_mps2: float
     nominal_mps: float
+    sensor_rise_s: float
+    gas: Records
+
+
+def rise_s_of(config: Config) -> float:
+    """Return the time constant of the rise of an environment's gas sensor [s]."""
+    return gas_sensor_of((config.gas or Gas()).sensor).rise_s
 
 
 def labels_of(source: ScenarioSampler, key: int) -> dict[str, str]:

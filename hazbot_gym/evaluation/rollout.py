@@ -24,6 +24,7 @@ from hazbot_gym.evaluation.episode import (
     Episode,
     ending,
     labels_of,
+    rise_s_of,
     stack_people,
 )
 from hazbot_gym.evaluation.field_types import MOST_EPISODES, MOST_SEED, Engine
@@ -275,6 +276,8 @@ def _record(
         robot_radius_m=ROBOT_RADIUS_M,
         deceleration_mps2=config.drive.deceleration_mps2,
         nominal_mps=config.drive.nominal_speed_mps,
+        sensor_rise_s=rise_s_of(config),
+        gas=np.concatenate([s.gas for s in snapshots]),
     )
 
 

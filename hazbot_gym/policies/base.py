@@ -130,6 +130,14 @@ REGISTER = {
         "hazbot_gym.policies.social_force:SocialForceSpeed",
         "speed by the total social force along the path; strength=, nominal_mps=",
     ),
+    "slow_on_rise": Entry(
+        "hazbot_gym.policies.slow_on_rise:SlowOnRise",
+        "with gas: slow= while the sensor's reading rises faster than rise_per_s=; people=",
+    ),
+    "undo_lag": Entry(
+        "hazbot_gym.policies.undo_lag:UndoLag",
+        "with gas: slow= while the sensor heads for a reading above level=; lag_s=, people=",
+    ),
     "ppo": Entry(
         "hazbot_gym.policies.learned:Ppo",
         "the shipped PPO policy for the tier of the observations",

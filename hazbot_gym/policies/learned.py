@@ -19,7 +19,7 @@ from hazbot_gym.policies import actor_file
 from hazbot_gym.policies.base import OPTIONS, Policy
 from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations, numbers
 from hazbot_gym.policies.residual import on_its_base
-from hazbot_gym.task.observation import layout_of
+from hazbot_gym.task.observation import layout_of, without_gas
 
 SHIPPED = Path(__file__).parent / "shipped"
 
@@ -43,6 +43,13 @@ class TrainedActor(Guarded):
         if not deterministic:
             raise InvalidInput("deterministic: given False, a trained policy allows only True")
         layout, trained = layout_of(observation), layout_of(np.empty(self.actor.width))
+        if layout.has_gas and not trained.has_gas:
+            observation = without_gas(observation)
+            layout = layout_of(observation)
+        if trained.has_gas and not layout.has_gas:
+            raise InvalidInput(
+                "gas: given observations without a gas sensor, this policy was trained with one"
+            )
         if layout.has_people != trained.has_people:
             raise InvalidInput(
                 f"tier: given observations of {layout.width} entries, this policy was trained on "
@@ -123,6 +130,7 @@ class Ppo(_FromFile):
         }
 
     def _policy_for(self, observation: Observations) -> Policy:
+        observation = without_gas(observation)
         layout = layout_of(observation)
         if layout.width not in self._policies:
             raise InvalidInput(

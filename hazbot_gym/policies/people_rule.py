@@ -44,7 +44,7 @@ def with_people(observation: Observations, found: dict[str, Floats]) -> Observat
         found: Person fields in their units, arrays (..., any number of people).
     """
     sonar = layout_of(observation)
-    tracks = layout_for("tracks", sonar.sensors)
+    tracks = layout_for("tracks", sonar.sensors, has_gas=sonar.has_gas)
     full = np.zeros((*np.shape(observation)[:-1], tracks.width), np.float32)
     full[..., : sonar.width] = observation
     is_there = found["present"] > 0.5

@@ -19,6 +19,7 @@ from hazbot_gym.core.place_table import PlaceTable, place_at
 from hazbot_gym.core.recorded_table import RecordedTable, stretch_of
 from hazbot_gym.core.social_force import SocialForce
 from hazbot_gym.core.state import (
+    GAS,
     NO_CONTACT,
     PERSON,
     ROBOT,
@@ -61,6 +62,7 @@ class Worlds(NamedTuple):
     steps: npt.NDArray[np.int64]  # (N,) decisions taken
     places: npt.NDArray[np.int64]  # (N,) row of the surroundings' places
     starts: npt.NDArray[np.int64]  # (N,) step of the place's recording at which the episode began
+    gas: Records  # (N,) GAS; (0,) without gas
 
 
 class Surroundings(NamedTuple):
@@ -104,8 +106,9 @@ class Mechanics(NamedTuple):
 
 
 def allocate(
-    worlds: int, people: int, sensors: int, *, tracker_latency: int, drive_latency: int
-) -> Worlds:
+    worlds: int, people: int, sensors: int, *, tracker_latency: int, drive_latency: int,
+    has_gas: bool,
+) -> Worlds:  # fmt: skip
     """Return the arrays of N worlds; every world must be reset before its first step."""
     return Worlds(
         robots=np.zeros(worlds, ROBOT),
@@ -119,6 +122,7 @@ def allocate(
         steps=np.zeros(worlds, np.int64),
         places=np.zeros(worlds, np.int64),
         starts=np.zeros(worlds, np.int64),
+        gas=np.zeros(worlds if has_gas else 0, GAS),
     )
 
 

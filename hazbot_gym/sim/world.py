@@ -20,6 +20,7 @@ from hazbot_gym.core.fuzzy_pid import gain_table
 from hazbot_gym.core.jit import LANES, lean_kernel
 from hazbot_gym.core.recorded_table import Stretch
 from hazbot_gym.core.state import (
+    GAS,
     PERSON_MASS_KG,
     PERSON_RADIUS_M,
     PRESENT,
@@ -68,6 +69,7 @@ class Snapshot(NamedTuple):
     theta_e: float
     people: Records  # PERSON records of present people
     persons: Ints  # their indices
+    gas: Records = records(GAS, 0)  # (1,) GAS with gas
 
 
 class Contact(NamedTuple):

@@ -48,7 +48,10 @@ def fingerprint(scenario: Scenario) -> str:
     people = np.array([list(person.values()) for person in parameters(scenario)])
     path = np.stack([place.path[name] for name in PATH_PIECE.names or ()], axis=1)
     total = hashlib.sha256(scenario.name.encode())
-    for figures in (people, place.walls, path, _standing_first(scenario.recording)):
+    figures_of = [people, place.walls, path, _standing_first(scenario.recording)]
+    if len(scenario.gas):  # other scenarios keep their hash
+        figures_of.append(np.array([scenario.gas[0]["leak"].tolist()]))
+    for figures in figures_of:
         total.update(str(figures.shape).encode())
         total.update(_in_millionths(figures).tobytes())
     return total.hexdigest()[:LENGTH]

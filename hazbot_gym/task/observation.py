@@ -3,7 +3,8 @@
 Every field has physical bounds; the observation holds it divided by its scale, so that all entries
 lie near [-1, 1]. Information tiers: ``sonar`` has no person fields; ``tracks`` has the tracker's
 output; ``privileged`` has the same fields filled from the true state. The first fields are the
-ranges of the sensor ring; the others do not depend on it.
+ranges of the sensor ring; the others do not depend on it. Environments with gas have the fields of
+the gas sensor before those of people.
 """
 
 from __future__ import annotations
@@ -11,11 +12,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
 
+from hazbot_gym.core.gas_sensor import reading_rate
 from hazbot_gym.core.geometry import clip, norm, path_length, path_pose
 from hazbot_gym.core.jit import lean_kernel, routine, scalar
 from hazbot_gym.core.patterns import closest_approach
@@ -73,6 +75,12 @@ TRACKING_FIELDS = (
     _field("remaining_m", "m", 0.0, 25.0, "path left to go"),
     _field("curvature_ahead_per_m", "1/m", -2.0, 2.0, f"path curvature {LOOK_AHEAD_M:g} m ahead"),
 )
+GAS_FIELDS = (
+    _field("gas_reading", "-", -2.0, 10.0, "gas sensor, filtered, in units of the alarm threshold"),
+    _field("gas_rate_per_s", "1/s", -5.0, 5.0, "rate of this reading"),
+    _field("gas_since_peak_s", "s", 0.0, 60.0, "time since the largest reading so far"),
+    _field("gas_alarmed", "-", 0.0, 1.0, "1 from the first alarm of the gas sensor on"),
+)
 PERSON_FIELDS = (
     _field("present", "-", 0.0, 1.0, "1 if this slot holds a person"),
     _field("distance_m", "m", 0.0, TRACKER_RANGE_M, "distance between centres"),
@@ -87,6 +95,7 @@ PERSON_FIELDS = (
 OTHER_FIELDS = (  # all but the ranges
     *ROBOT_FIELDS,
     *TRACKING_FIELDS,
+    *GAS_FIELDS,
     *(
         field._replace(name=f"person{i}_{field.name}", meaning=f"person {i}: {field.meaning}")
         for i in range(PERSON_SLOTS)
@@ -95,7 +104,7 @@ OTHER_FIELDS = (  # all but the ranges
 )
 _FAR = ("distance_m", "time_to_closest_s", "closest_m")
 _EMPTY = np.array([float(field.name in _FAR) for field in PERSON_FIELDS], np.float32)
-_OWN = len(ROBOT_FIELDS) + len(TRACKING_FIELDS)
+_OWN, _GAS = len(ROBOT_FIELDS) + len(TRACKING_FIELDS), len(GAS_FIELDS)
 _PER_PERSON = len(PERSON_FIELDS)
 _LOW = np.array([field.low for field in OTHER_FIELDS])
 _HIGH = np.array([field.high for field in OTHER_FIELDS])
@@ -105,12 +114,15 @@ _SCALE = np.array([field.scale for field in OTHER_FIELDS])
 class Layout:
     """The fields of an observation, in its order."""
 
-    def __init__(self, sensors: Sensors, *, has_people: bool) -> None:
+    def __init__(self, sensors: Sensors, *, has_people: bool, has_gas: bool = False) -> None:
         self.sensors = sensors
         self.has_people = has_people
+        self.has_gas = has_gas
         self.fields = (
             *(_range_field(sensor) for sensor in sensors),
-            *(OTHER_FIELDS if has_people else OTHER_FIELDS[:_OWN]),
+            *OTHER_FIELDS[:_OWN],
+            *(GAS_FIELDS if has_gas else ()),
+            *(OTHER_FIELDS[_OWN + _GAS :] if has_people else ()),
         )
 
     @property
@@ -147,18 +159,24 @@ TIERS = ("sonar", "tracks", "privileged")
 
 
 @cache
-def layout_for(tier: str, ring: Ring = "paper") -> Layout:
-    """Return the layout of a tier's observations with a ring of sensors."""
-    return Layout(sensors_of(ring), has_people=tier != "sonar")
+def layout_for(tier: str, ring: Ring = "paper", *, has_gas: bool = False) -> Layout:
+    """Return the layout of a tier's observations with a ring of sensors, and a gas sensor."""
+    return Layout(sensors_of(ring), has_people=tier != "sonar", has_gas=has_gas)
 
 
 def layout_in(config: Config) -> Layout:
     """Return the layout of the observations of an environment."""
-    return layout_for(config.tier, config.sensors.ring)
+    return layout_for(config.tier, config.sensors.ring, has_gas=config.gas is not None)
+
+
+def _layouts(ring: Ring) -> dict[int, Layout]:
+    """Return the layouts of observations with a ring, by their width."""
+    layouts = [layout_for(tier, ring, has_gas=gas) for gas in (False, True) for tier in TIERS]
+    return {layout.width: layout for layout in layouts}
 
 
 LAYOUTS = {tier: layout_for(tier) for tier in TIERS}  # of the paper's ring
-KNOWN = {layout_for(tier, ring).width: layout_for(tier, ring) for ring in RINGS for tier in TIERS}
+KNOWN = {width: each for name in RINGS for width, each in _layouts(cast(Ring, name)).items()}
 
 
 def layout_of(observation: npt.ArrayLike, ring: Ring | None = None) -> Layout:
@@ -173,15 +191,13 @@ def layout_of(observation: npt.ArrayLike, ring: Ring | None = None) -> Layout:
     Raises:
         InvalidInput: The size of the last axis fits no layout.
     """
-    known = KNOWN
-    if ring is not None:
-        known = {layout_for(tier, ring).width: layout_for(tier, ring) for tier in TIERS}
+    known = KNOWN if ring is None else _layouts(ring)
     width = np.shape(observation)[-1] if np.ndim(observation) else 0
     if width in known:
         return known[width]
     allowed = ", ".join(
         f"{layout.width} ({'tracks, privileged' if layout.has_people else 'sonar'} with "
-        f"{len(layout.sensors)} range sensors)"
+        f"{len(layout.sensors)} range sensors{' and gas' * layout.has_gas})"
         for layout in known.values()
     )
     raise InvalidInput(f"observation: last axis has {width} entries, allowed are {allowed}")
@@ -190,6 +206,15 @@ def layout_of(observation: npt.ArrayLike, ring: Ring | None = None) -> Layout:
 def readings(seen: Mapping[str, Floats], sensors: Sensors) -> Floats:
     """Return the range readings (..., sensors) in a decoded observation [m]."""
     return np.stack([seen[_range_field(sensor).name] for sensor in sensors], axis=-1)
+
+
+def without_gas(observation: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """Return observations (..., width) without the fields of the gas sensor."""
+    layout = layout_of(observation)
+    if not layout.has_gas:
+        return observation
+    first = len(layout.sensors) + _OWN
+    return np.delete(observation, range(first, first + _GAS), axis=-1)
 
 
 def markdown_table(tier: str = "tracks") -> str:
@@ -206,9 +231,13 @@ def markdown_table(tier: str = "tracks") -> str:
 
 
 @scalar
-def _put(out: npt.NDArray[np.float32], i: int, value: float) -> int:
-    """Write one physical value into entry i behind the ranges; return the next entry's index."""
-    out[i] = clip(value, _LOW[i], _HIGH[i]) / _SCALE[i]
+def _put(out: npt.NDArray[np.float32], i: int, value: float, absent: int = 0) -> int:
+    """Write one physical value into entry i behind the ranges; return the next entry's index.
+
+    ``absent`` is the number of fields of the table that are left out before it.
+    """
+    field = i + absent
+    out[i] = clip(value, _LOW[field], _HIGH[field]) / _SCALE[field]
     return i + 1
 
 
@@ -228,7 +257,7 @@ def _next_nearest(tracks: Records, robot: RobotRecord, beyond: float, last: int)
 
 @scalar
 def _put_person(
-    out: npt.NDArray[np.float32], i: int, track: TrackRecord, robot: RobotRecord
+    out: npt.NDArray[np.float32], i: int, track: TrackRecord, robot: RobotRecord, absent: int
 ) -> int:
     """Write the fields of one tracked person from entry i on."""
     dx, dy = track.x - robot.x, track.y - robot.y
@@ -236,16 +265,16 @@ def _put_person(
     distance = max(norm(dx, dy), 1e-9)
     rel_vx, rel_vy = track.vx - robot.v * cos_t, track.vy - robot.v * sin_t
     time_s, closest_m = closest_approach(dx, dy, rel_vx, rel_vy)
-    i = _put(out, i, 1.0)
-    i = _put(out, i, distance)
-    i = _put(out, i, (cos_t * dy - sin_t * dx) / distance)
-    i = _put(out, i, (cos_t * dx + sin_t * dy) / distance)
-    i = _put(out, i, norm(track.vx, track.vy))
-    i = _put(out, i, -(dx * rel_vx + dy * rel_vy) / distance)
-    i = _put(out, i, time_s)
-    i = _put(out, i, closest_m)
+    i = _put(out, i, 1.0, absent)
+    i = _put(out, i, distance, absent)
+    i = _put(out, i, (cos_t * dy - sin_t * dx) / distance, absent)
+    i = _put(out, i, (cos_t * dx + sin_t * dy) / distance, absent)
+    i = _put(out, i, norm(track.vx, track.vy), absent)
+    i = _put(out, i, -(dx * rel_vx + dy * rel_vy) / distance, absent)
+    i = _put(out, i, time_s, absent)
+    i = _put(out, i, closest_m, absent)
     for pattern in range(CROSSING, CONFRONTING + 1):
-        i = _put(out, i, 1.0 if track.pattern == pattern else 0.0)
+        i = _put(out, i, 1.0 if track.pattern == pattern else 0.0, absent)
     return i
 
 
@@ -259,8 +288,9 @@ def _put_empty(out: npt.NDArray[np.float32], i: int) -> int:
 
 @routine
 def observe(
-    robot: RobotRecord, path: Records, ranges: Floats, tracks: Records, out: npt.NDArray[np.float32]
-) -> None:
+    robot: RobotRecord, path: Records, ranges: Floats, tracks: Records, gas: Records,
+    out: npt.NDArray[np.float32],
+) -> None:  # fmt: skip
     """Write the observation; its length and the number of ranges select the tier.
 
     Args:
@@ -268,6 +298,7 @@ def observe(
         path: (M,) records of the path.
         ranges: (N,) readings of the range sensors [m].
         tracks: (P,) TRACK records.
+        gas: (1,) GAS record; (0,) without gas.
         out: (width,) float32, output.
     """
     for k in range(ranges.shape[0]):
@@ -281,6 +312,12 @@ def observe(
     i = _put(rest, i, robot.theta_e)
     i = _put(rest, i, path_length(path) - robot.s - robot.x_e)
     i = _put(rest, i, path_pose(path, robot.s + LOOK_AHEAD_M)[3])
+    absent = _GAS if gas.shape[0] == 0 else 0
+    for k in range(gas.shape[0]):
+        i = _put(rest, i, gas[k].smell.smooth)
+        i = _put(rest, i, reading_rate(gas[k].smell))
+        i = _put(rest, i, gas[k].smell.since_peak_s)
+        i = _put(rest, i, gas[k].smell.has_sounded)
     beyond, last = -1.0, -1
     while i < rest.shape[0]:
         k = _next_nearest(tracks, robot, beyond, last)
@@ -288,12 +325,13 @@ def observe(
             i = _put_empty(rest, i)
         else:
             beyond, last = norm(tracks[k].x - robot.x, tracks[k].y - robot.y), k
-            i = _put_person(rest, i, tracks[k], robot)
+            i = _put_person(rest, i, tracks[k], robot, absent)
 
 
 @lean_kernel
 def observe_kernel(
-    robots: Records, path: Records, ranges: Floats, tracks: Records, out: npt.NDArray[np.float32]
-) -> None:
+    robots: Records, path: Records, ranges: Floats, tracks: Records, gas: Records,
+    out: npt.NDArray[np.float32],
+) -> None:  # fmt: skip
     """Entry point from Python: ``observe`` for an array of one record."""
-    observe(robots[0], path, ranges, tracks, out)
+    observe(robots[0], path, ranges, tracks, gas, out)

@@ -17,6 +17,7 @@ a crash does not pay.
 | burden | [0, people] | relative loss of desired speed by the robot, summed over people |
 | contact | [0, 1] | at the end: 0.5 + 0.5 min(speed / 1.5 m/s, 1); a fifth if by a person |
 | arrival | [0, horizon in s] | at the end: remaining time to the horizon |
+| survey | [-1, 1] | with gas only: leaks reported and missed, false alarms (``task/survey.py``) |
 
 ``nearness`` in the config: ``discomfort``, the largest rated discomfort of a person x (v / v_n)^2,
 or ``depth``, the deepest intrusion into a personal space x v / v_n.
@@ -26,6 +27,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from hazbot_gym.config import Config
 from hazbot_gym.core.discomfort import discomfort, facing
 from hazbot_gym.core.geometry import clip, norm
 from hazbot_gym.core.jit import lean_kernel, scalar
@@ -42,12 +46,23 @@ from hazbot_gym.task.outcome import (
 from hazbot_gym.task.step_record import DEPTH, Rules, StepRecord, measure_progress
 
 TERMS = ("progress", "intrusion", "tracking", "smoothness", "burden", "contact", "arrival")
-PROGRESS, INTRUSION, TRACKING, SMOOTHNESS, BURDEN, CONTACT, ARRIVAL = range(7)
+SURVEY_TERM = "survey"  # in environments with gas, after the others
+PROGRESS, INTRUSION, TRACKING, SMOOTHNESS, BURDEN, CONTACT, ARRIVAL, SURVEY = range(8)
 
 CROSS_TRACK_M = 0.3  # error at which the tracking term is 1
 HEADING_RAD = 0.5
 FULL_IMPACT_MPS = 1.5  # contact speed at which the contact term is 1 (brisk walk)
 PERSON_CAUSED_SHARE = 0.2  # share of the contact term for a person-caused contact
+
+
+def terms_of(config: Config) -> tuple[str, ...]:
+    """Return the names of an environment's reward terms; with gas there is one more."""
+    return TERMS if config.gas is None else (*TERMS, SURVEY_TERM)
+
+
+def weights_of(config: Config) -> Floats:
+    """Return the weights of an environment's reward terms."""
+    return np.array([getattr(config.reward, name) for name in terms_of(config)])
 
 
 @scalar

@@ -17,6 +17,7 @@ from hazbot_gym.core.jit import lean_kernel, routine
 from hazbot_gym.core.place_table import PlaceTable, place_at, stack_places
 from hazbot_gym.core.recorded_table import NO_RECORDING, RecordedTable, Stretch, stretch_of
 from hazbot_gym.core.state import (
+    GAS,
     PERSON,
     PERSON_RADIUS_M,
     PRESENT,
@@ -28,6 +29,7 @@ from hazbot_gym.core.state import (
     records,
 )
 from hazbot_gym.task.crowd import Crowd, crowd_of, draw_people
+from hazbot_gym.task.leak import GasTable, gas_table, leak_of
 from hazbot_gym.task.place_doubts import doubt
 from hazbot_gym.task.places import is_file, load_place
 from hazbot_gym.task.recorded import (
@@ -54,6 +56,7 @@ class ScenarioTable(NamedTuple):
     recorded: RecordedTable
     reaction_shares: Floats  # (4,) cumulative
     nominal_speed_mps: float
+    gas: GasTable  # of leaks
 
 
 class Scenario(NamedTuple):
@@ -64,12 +67,14 @@ class Scenario(NamedTuple):
         place: Walls, path and routes.
         people: (P,) PERSON records at time zero.
         recording: Remaining recording to replay; without steps if none.
+        gas: (1,) GAS record at time zero; (0,) without gas.
     """
 
     name: str
     place: Place
     people: Records
     recording: Stretch
+    gas: Records = records(GAS, 0)
 
 
 class ScenarioSampler:
@@ -101,7 +106,9 @@ class ScenarioSampler:
         recording = stretch_of(self.table.recorded, place, start)
         if self.table.kind != REPLAYED:
             recording = recording._replace(steps=0)
-        return Scenario(self.names[place], self._places[place], people, recording)
+        where = self._places[place]
+        gas = leak_of(self.table.gas, place, where.path, key)
+        return Scenario(self.names[place], where, people, recording, gas)
 
 
 @routine
@@ -174,6 +181,7 @@ def _table(config: Config, kind: int, places: list[Place]) -> ScenarioTable:
         recorded=NO_RECORDING,
         reaction_shares=np.cumsum(shares / shares.sum()),
         nominal_speed_mps=config.drive.nominal_speed_mps,
+        gas=gas_table(config, places),
     )
 
 

@@ -20,7 +20,7 @@ from hazbot_gym.envs.arguments import Info
 from hazbot_gym.envs.sb3 import CorridorVecEnv
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.guard import Flags, Observations
-from hazbot_gym.task.reward import TERMS
+from hazbot_gym.task.reward import TERMS, terms_of
 
 PROGRESS = TERMS.index("progress")
 
@@ -29,7 +29,8 @@ class CombinedEnvs(VecEnv):
     """The worlds of several ``VecEnv``, in their order.
 
     Attributes:
-        terms: (N, 7) unweighted reward terms of the last decision, in the order of ``TERMS``.
+        term_names: Names of the reward terms.
+        terms: (N, terms) unweighted reward terms of the last decision.
         costs: (N,) its safety costs.
     """
 
@@ -44,7 +45,8 @@ class CombinedEnvs(VecEnv):
         self.sizes = [part.num_envs for part in parts]
         ends = np.cumsum(self.sizes).tolist()
         self.slices = [slice(end - size, end) for end, size in zip(ends, self.sizes, strict=True)]
-        self.terms, self.costs = np.zeros((ends[-1], len(TERMS))), np.zeros(ends[-1])
+        self.term_names = terms_of(configs[0])  # parts with equal observations have equal terms
+        self.terms, self.costs = np.zeros((ends[-1], len(self.term_names))), np.zeros(ends[-1])
         super().__init__(ends[-1], parts[0].observation_space, parts[0].action_space)
 
     def of_each_world(self, value: Callable[[Config], float]) -> Floats:
@@ -131,8 +133,8 @@ def policy_width(envs: VecEnv) -> int:
 
 
 def _decision_of(part: VecEnv, infos: list[Info]) -> tuple[Floats, Floats]:
-    """Return the reward terms (N, 7) and costs (N,) of the decision just taken."""
+    """Return the reward terms (N, terms) and costs (N,) of the decision just taken."""
     if isinstance(part, CorridorVecEnv):
         return part.terms, part.costs
-    terms = np.array([[info["reward_terms"][name] for name in TERMS] for info in infos])
+    terms = np.array([list(info["reward_terms"].values()) for info in infos])
     return terms, np.array([info["cost"] for info in infos], float)

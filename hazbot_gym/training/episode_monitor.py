@@ -13,10 +13,7 @@ import numpy as np
 from stable_baselines3.common.vec_env import VecEnvWrapper
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
-from hazbot_gym.task.reward import TERMS
 from hazbot_gym.training.combined_envs import PROGRESS, CombinedEnvs
-
-SUMS = (*TERMS, "cost", "r", "l")
 
 
 class EpisodeMonitor(VecEnvWrapper):
@@ -25,7 +22,8 @@ class EpisodeMonitor(VecEnvWrapper):
     def __init__(self, envs: CombinedEnvs) -> None:
         super().__init__(envs)
         self._envs = envs
-        self._sums = np.zeros((envs.num_envs, len(SUMS)))
+        self._names = (*envs.term_names, "cost", "r", "l")
+        self._sums = np.zeros((envs.num_envs, len(self._names)))
         self._decision_s = envs.of_each_world(lambda config: config.clock.decision_s)
         self._nominal_mps = envs.of_each_world(lambda config: config.drive.nominal_speed_mps)
 
@@ -39,8 +37,8 @@ class EpisodeMonitor(VecEnvWrapper):
     def step_wait(self) -> VecEnvStepReturn:
         """Take one decision in every world."""
         observations, rewards, dones, infos = self.venv.step_wait()
-        self._sums[:, : len(TERMS)] += self._envs.terms
-        self._sums[:, len(TERMS)] += self._envs.costs
+        self._sums[:, :-3] += self._envs.terms
+        self._sums[:, -3] += self._envs.costs
         self._sums[:, -2] += rewards
         self._sums[:, -1] += 1.0
         for i in np.flatnonzero(dones).tolist():
@@ -49,7 +47,8 @@ class EpisodeMonitor(VecEnvWrapper):
 
     def _close(self, i: int) -> dict[str, float]:
         """Return the sums of the ended episode in world i, and reset them."""
-        sums, length = dict(zip(SUMS, self._sums[i].tolist(), strict=True)), self._sums[i, -1]
+        sums = dict(zip(self._names, self._sums[i].tolist(), strict=True))
+        length = self._sums[i, -1]
         sums["time_ratio"] = float(length * self._decision_s[i] / self._free_s[i])
         sums["speed_mps"] = float(self._sums[i, PROGRESS] / length * self._nominal_mps[i])
         self._sums[i] = 0.0

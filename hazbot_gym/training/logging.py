@@ -17,7 +17,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from hazbot_gym.envs.arguments import Info
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.outcome import OUTCOME_NAMES
-from hazbot_gym.task.reward import TERMS
+from hazbot_gym.task.reward import SURVEY_TERM, TERMS
 from hazbot_gym.utils import terminal
 
 LEAST_STEPS = 5_000  # decisions between two points of a curve
@@ -28,7 +28,7 @@ CURVES = {
     "episode/cost": "cost",
     "episode/time_ratio": "time_ratio",
     "episode/mean_speed_mps": "speed_mps",
-    **{f"reward_terms/{name}": name for name in TERMS},
+    **{f"reward_terms/{name}": name for name in (*TERMS, SURVEY_TERM)},
 }
 # The standard curves of Stable-Baselines3, over its usual number of episodes.
 USUAL_CURVES = {"rollout/ep_rew_mean": "r", "rollout/ep_len_mean": "l"}
@@ -87,6 +87,8 @@ class EpisodeLog(BaseCallback):
     def _log(self) -> None:
         episodes = [info["episode"] for info in self._ended]
         for curve, name in CURVES.items() if episodes else ():
+            if name not in episodes[0]:  # a term of other environments
+                continue
             self.logger.record(curve, float(np.mean([episode[name] for episode in episodes])))
         outcomes = Counter(info["outcome"] for info in self._ended)
         for name in OUTCOME_NAMES[1:] if episodes else ():

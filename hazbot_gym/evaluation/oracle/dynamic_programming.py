@@ -58,6 +58,7 @@ from hazbot_gym.task.reward import (
     motion,
     nearest_clearance,
     nearness,
+    weights_of,
 )
 from hazbot_gym.task.scenario import Scenario
 from hazbot_gym.task.step_record import DEPTH, Rules, rules_of
@@ -111,7 +112,7 @@ def optimum(config: Config, scenario: Scenario, key: int, *, with_speeds: bool =
         physics_per_social=clock.physics_per_social,
         social_per_decision=clock.social_per_decision,
     )
-    weights = np.array(config.reward)
+    weights = weights_of(config)
     _solve(
         problem, lattice, weights, people, scenario.place.walls, poses, robots, touched, values,
         depths, near, choices,
@@ -132,8 +133,8 @@ class _Problem(NamedTuple):
 
 
 def is_exact_for(config: Config) -> bool:
-    """Return True if the optimum is exact: people do not react, and the drive is ideal."""
-    return config.people.model == "scripted" and _is_as_told(config)
+    """Return True if the optimum is exact: no reactions, no gas, and an ideal drive."""
+    return config.people.model == "scripted" and config.gas is None and _is_as_told(config)
 
 
 def _is_as_told(config: Config) -> bool:

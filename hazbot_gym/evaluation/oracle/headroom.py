@@ -127,9 +127,10 @@ def headroom_config(
     )
     if is_scripted and not is_exact_for(config):
         raise InvalidInput(
-            f"--scripted: given people.model {config.people.model!r} and drive.wheel_loop "
-            f"{config.drive.wheel_loop!r}, the exact optimum needs 'scripted', 'ideal', and no "
-            "noise, latency, reflex stop or line sensor"
+            f"--scripted: given people.model {config.people.model!r}, drive.wheel_loop "
+            f"{config.drive.wheel_loop!r}{' and gas' * (config.gas is not None)}, the exact "
+            "optimum needs 'scripted', 'ideal', and no gas, noise, latency, reflex stop or line "
+            "sensor"
         )
     return config
 
