@@ -42,7 +42,7 @@ def test_nothing_given_is_the_default() -> None:
         ({"scenario": "circle", "drive": {"plant": {"T1": 3.0}}}, "plant ... 'B'"),
         (
             {"reward": [1]},
-            "reward ... [1] ... 7 ... progress",
+            "reward ... [1] ... 8 ... progress",
         ),
         ({"drive": {"plant": [1, 2]}}, "plant ... [1, 2] ... 6 ... K, T1, T2"),
         ({"sensors": {"tracker": []}}, "tracker ... [] ... 6 ... range_m"),
