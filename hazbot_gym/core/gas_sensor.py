@@ -10,8 +10,9 @@ simulator; Monroy, Gonzalez-Jimenez and Blanco 2012, Overcoming the slow recover
 sensors through a system modeling approach): c_0 is where its line meets clean air. The noise is our
 choice.
 
-The alarm starts where the reading exceeds 1, and ends below ``QUIET``. T follows from the rate of
-false alarms: noise is white and normal, so that T = sigma z with its quantile z of 1 - rate dt.
+The alarm starts where the reading exceeds 1, not before the first decision, and ends below
+``QUIET``. T follows from the rate of false alarms: noise is white and normal, so that T = sigma z
+with its quantile z of 1 - rate dt.
 """
 
 from __future__ import annotations
@@ -130,7 +131,7 @@ def sense_gas(smell: SmellRecord, c_ppm: float, nose: Nose, key: np.uint64, step
     if smell.smooth > smell.peak:
         smell.peak, smell.since_peak_s = smell.smooth, 0.0
     was_on = smell.alarm == 1
-    is_on = smell.reading >= (QUIET if was_on else 1.0)
+    is_on = step > 0 and smell.reading >= (QUIET if was_on else 1.0)
     smell.alarm = 1 if is_on else 0
     smell.onset = 1 if is_on and not was_on else 0
     if is_on:

@@ -162,8 +162,8 @@ class CorridorVecEnv(VecEnv):
         blank = [dict.fromkeys(self._term_names)] * self.num_envs
         terms = _filled(blank, dict(zip(self._term_names, self.terms.T.tolist(), strict=True)))
         changed = {"time_s": time_s.tolist(), "reward_terms": terms, "cost": self.costs.tolist()}
-        gas = gas_info(self.worlds.state().gas)
         if self.worlds.config.gas is not None:
+            gas = gas_info(self.worlds.state().gas)
             columns = {name: values.tolist() for name, values in gas.items()}
             changed["gas"] = _filled([dict.fromkeys(columns)] * self.num_envs, columns)
         return _filled(self._starts, changed)

@@ -6,7 +6,9 @@ search reports options at a bound.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, get_args
+
+from hazbot_gym.policies.gas_rule import PeopleRules
 
 
 class Interval(NamedTuple):
@@ -18,6 +20,8 @@ class Interval(NamedTuple):
 
 Choice = tuple[str, ...]
 Space = dict[str, Interval | Choice]
+
+_PEOPLE = get_args(PeopleRules)
 
 SPACES: dict[str, Space] = {
     "constant": {"fraction": Interval(0.05, 1.0)},
@@ -31,6 +35,17 @@ SPACES: dict[str, Space] = {
     "velocity_obstacle": {"margin_m": Interval(0.0, 2.5)},
     "mpc": {"caution": Interval(0.0, 100.0)},
     "social_force": {"strength": Interval(0.0, 100.0)},
+    "slow_on_rise": {
+        "rise_per_s": Interval(-0.1, 1.0),
+        "slow": Interval(0.0, 1.0),
+        "people": _PEOPLE,
+    },
+    "undo_lag": {
+        "level": Interval(-1.0, 5.0),
+        "slow": Interval(0.0, 1.0),
+        "lag_s": Interval(0.0, 20.0),
+        "people": _PEOPLE,
+    },
     "fuzzy_expert": {
         "scale": Interval(0.3, 2.0),
         "t_norm": ("min", "product"),

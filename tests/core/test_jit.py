@@ -259,7 +259,7 @@ from hazbot_gym import policies
 from hazbot_gym.envs.vector import CorridorVectorEnv
 
 walker = {"x_m": 3.0, "y_m": 0.3, "vx_mps": -0.5, "vy_mps": 0.0}
-options = {"people": {"model": "scripted", "walkers": [walker]}, "place": sys.argv[1]}
+options = {"people": {"model": "scripted", "walkers": [walker]}, "place": sys.argv[1], "gas": {}}
 env = gymnasium.make("hazbot_gym/Corridor-v1", **options)
 worlds = CorridorVectorEnv(2, threads=1, **options)
 numbers, (seen, _) = [*env.reset(seed=3)[0]], worlds.reset(seed=3)
@@ -269,7 +269,7 @@ for _ in range(3):
     seen, rewards, *_ = worlds.step(np.full((2, 1), 0.5, np.float32))
     numbers += [*observation, reward, *seen.ravel(), *rewards]
 for name in policies.names():
-    for given in (seen, np.ascontiguousarray(seen[:, :12])):
+    for given in (seen, np.ascontiguousarray(seen[:, :16])):
         if name != "learned":
             numbers += policies.make(name).predict(given)[0].ravel().tolist()
 print(*(float(number) for number in numbers))

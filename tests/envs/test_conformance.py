@@ -66,7 +66,7 @@ def test_a_spec_survives_json_and_makes_the_same_environment(env_id: str) -> Non
     env = gymnasium.make(restored).unwrapped
     assert isinstance(env, CorridorEnv)
     assert env.config.people.count == (1, 2)
-    assert env.observation_space.shape == (12,)
+    assert env.observation_space.shape == (12 if env.config.gas is None else 16,)
 
 
 def test_an_environment_is_made_by_module_and_id() -> None:

@@ -14,8 +14,8 @@ from hazbot_gym.core.state import PATTERN_NAMES, PRESENT
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.task.observation import LAYOUTS
-from hazbot_gym.task.reward import TERMS
+from hazbot_gym.task.observation import LAYOUTS, layout_for, layout_in
+from hazbot_gym.task.reward import SURVEY_TERM, TERMS, terms_of, weights_of
 from tests.refusals import refused, says
 
 IDS = [f"{NAMESPACE}/{name}" for name in ENVIRONMENTS]
@@ -30,6 +30,16 @@ TYPES_IN_INFO = {
     "outcome": str,
     "contact_caused_by": str,
     "contact_speed_mps": float,
+}
+TYPES_IN_GAS = {
+    "concentration_ppm": float,
+    "reading": float,
+    "alarm": int,
+    "leak": int,
+    "leak_s_m": float,
+    "leak_distance_m": float,
+    "reported": int,
+    "false_alarms": int,
 }
 
 everywhere = pytest.mark.parametrize("env_id", IDS)
@@ -76,14 +86,16 @@ def test_the_reward_is_the_weighted_sum_of_terms_in_their_ranges(env_id: str) ->
     env = make(env_id)
     env.action_space.seed(1)
     env.reset(seed=1)
-    weights = np.array(env.config.reward)
+    names, weights = terms_of(env.config), weights_of(env.config)
     for _ in range(2):
         for step in episode(env):
             terms = step.info["reward_terms"]
-            assert tuple(terms) == TERMS
+            assert tuple(terms) == names
             assert step.reward == pytest.approx(weights @ list(terms.values()), abs=1e-12)
             most = dict.fromkeys(TERMS, 1.0) | {"burden": len(env.snapshot().people)}
             most["arrival"] = env.config.max_episode_steps * env.config.clock.decision_s
+            if env.config.gas is not None:
+                assert -1.0 <= terms.pop(SURVEY_TERM) <= 1.0
             assert all(0.0 <= value <= most[name] for name, value in terms.items())
             assert 0.0 <= step.info["cost"] <= 2.0
         env.reset()
@@ -93,17 +105,29 @@ def test_the_reward_is_the_weighted_sum_of_terms_in_their_ranges(env_id: str) ->
 def test_info_holds_what_the_contract_says(env_id: str) -> None:
     env = make(env_id)
     _, info = env.reset(seed=2)
-    assert {name: type(value) for name, value in info.items()} == TYPES_IN_INFO
+    assert types_in(info) == expected_in(env)
     assert 20.0 < info["time_free_s"] < 60.0
     scenario = {name: info[name] for name in ("scenario_key", "place", "time_free_s")}
     for count, step in enumerate(episode(env, FULL), start=1):
-        assert {name: type(value) for name, value in step.info.items()} == TYPES_IN_INFO
+        assert types_in(step.info) == expected_in(env)
         assert step.info.items() >= scenario.items()
         assert step.info["time_s"] == pytest.approx(0.1 * count)
         is_contact = step.info["outcome"].startswith("contact")
         assert (step.info["outcome"] == "running") == (not step.is_last)
         assert (step.info["contact_caused_by"] == "nobody") == (not is_contact)
         assert (step.info["contact_speed_mps"] == 0.0) == (not is_contact)
+
+
+def types_in(info: dict[str, Any]) -> dict[str, Any]:
+    """Return the types of values, within the gas as well."""
+    found: dict[str, Any] = {name: type(value) for name, value in info.items()}
+    if "gas" in info:
+        found["gas"] = {name: type(value) for name, value in info["gas"].items()}
+    return found
+
+
+def expected_in(env: CorridorEnv) -> dict[str, Any]:
+    return TYPES_IN_INFO if env.config.gas is None else {**TYPES_IN_INFO, "gas": TYPES_IN_GAS}
 
 
 def test_a_reset_after_a_contact_tells_nothing_of_it() -> None:
@@ -494,10 +518,10 @@ def test_no_entry_of_the_observation_is_constant() -> None:
     """Constants of an id: the curvature of a straight or circular path, and some labels of
     people, for instance crossing where no route crosses. All of these vary in another id.
     """
-    layout = LAYOUTS[make().config.tier]
     varying: set[str] = set()
     for env_id in IDS:
         env = make(env_id)
+        layout = layout_in(env.config)
         env.action_space.seed(0)
         rows = [env.reset(seed=0)[0]]
         while len(rows) < 3000:
@@ -505,10 +529,12 @@ def test_no_entry_of_the_observation_is_constant() -> None:
             rows.append(env.reset()[0])
         changes = np.ptp(rows, axis=0) > 0.0
         changing = {name for name, is_so in zip(layout.names, changes, strict=True) if is_so}
+        varying |= changing
+        if env.config.people.count == (0, 0):
+            changing |= {name for name in layout.names if name.startswith("person")}
         # in a crowd the nearest person is always present
         assert set(layout.names) - changing <= LABELS | {"curvature_ahead_per_m", "person0_present"}
-        varying |= changing
-    assert varying == set(layout.names)
+    assert varying == set(layout_for("tracks", has_gas=True).names)
 
 
 class Mine(CorridorEnv):

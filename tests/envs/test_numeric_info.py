@@ -7,7 +7,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
+from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv, VectorWrapper
 
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.numeric_info import NumericInfo
@@ -25,10 +25,11 @@ NUMBERS = {
 MODE = AutoresetMode.SAME_STEP
 
 
-def batches() -> list[VectorEnv[Any, Any, Any]]:
+def batches(**options: Any) -> list[VectorEnv[Any, Any, Any]]:
+    options["max_episode_steps"] = 20
     return [
-        CorridorVectorEnv(2, autoreset_mode=MODE, max_episode_steps=20),
-        SyncVectorEnv(2 * [lambda: CorridorEnv(max_episode_steps=20)], autoreset_mode=MODE),
+        CorridorVectorEnv(2, autoreset_mode=MODE, **options),
+        SyncVectorEnv(2 * [lambda: CorridorEnv(**options)], autoreset_mode=MODE),
     ]
 
 
@@ -45,6 +46,21 @@ def test_infos_hold_every_number_and_nothing_else(kind: int) -> None:
             assert set(info["final_info"]) == NUMBERS
             assert info["final_info"]["time_s"].tolist() == [2.0, 2.0]
             assert info["final_obs"][0].shape == (48,)
+
+
+@pytest.mark.parametrize("kind", [0, 1], ids=["native", "sync"])
+def test_numbers_of_gas_are_flat_as_well(kind: int) -> None:
+    envs, plain = (
+        wrap(batches(gas={"leak_share": 1.0})[kind]) for wrap in (NumericInfo, VectorWrapper)
+    )
+    for each in (envs, plain):
+        each.reset(seed=1)
+    for _ in range(25):
+        info, told = (each.step(np.zeros((2, 1)))[-1] for each in (envs, plain))
+        assert NUMBERS | {"reward_terms/survey"} < set(info)
+        for name, values in told["gas"].items():
+            if not name.startswith("_"):
+                assert info[f"gas/{name}"].tolist() == values.tolist()
 
 
 @pytest.mark.parametrize("kind", [0, 1], ids=["native", "sync"])

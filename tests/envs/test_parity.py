@@ -18,18 +18,21 @@ import pytest
 
 from hazbot_gym.config import Config, make_config
 from hazbot_gym.config.section import Section
-from hazbot_gym.core.state import PRESENT, Floats
+from hazbot_gym.core.gas_sensor import GAS_SENSORS
+from hazbot_gym.core.state import GAS, PRESENT, Floats, records
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.registration import ENVIRONMENTS
 from hazbot_gym.envs.vector import CorridorVectorEnv
 from hazbot_gym.policies.fuzzy_expert import FuzzyExpert
 from hazbot_gym.sim import world as world_module
-from hazbot_gym.task.reward import TERMS
+from hazbot_gym.task.leak import gas_info
+from hazbot_gym.task.reward import terms_of
 
 SCENARIOS = int(os.environ.get("HAZBOT_PARITY", "0"))  # of each combination; 0: a few of some
 EPISODES = 5 if SCENARIOS else 1  # one after the other in a world
 WORLDS = math.ceil(SCENARIOS / EPISODES) or 2
 TOLERANCE = 1e-6
+SMELT = tuple(gas_info(records(GAS, 0)))  # what infos tell of gas
 MODELS = ("scripted", "social_force", "replay", "seeded")
 RUNS = [
     ("tracks", "random"),
@@ -44,7 +47,7 @@ class Passed(NamedTuple):
     """Records of all decisions, resets included; a batch has a second axis of worlds."""
 
     observations: npt.NDArray[np.float32]  # (T, width)
-    numbers: Floats  # (T, 10): reward, cost, the seven terms, speed of a contact
+    numbers: Floats  # (T, 10 or more): reward, cost, terms, speed of a contact, and gas
     bodies: Floats  # (T, 3 + 2 P): the robot's pose and people's positions, NaN where absent
     ends: npt.NDArray[np.str_]  # (T,): how an episode ended and who caused it, else empty
 
@@ -89,8 +92,9 @@ def in_batch(
 
 
 def batch_row(envs: CorridorVectorEnv, observations: Any, rewards: Floats, info: Any) -> Any:
-    terms = [info["reward_terms"][name] for name in TERMS]
-    numbers = np.transpose([rewards, info["cost"], *terms, info["contact_speed_mps"]])
+    terms = [info["reward_terms"][name] for name in terms_of(envs.config)]
+    gas = [info["gas"][name] for name in SMELT] if "gas" in info else []
+    numbers = np.transpose([rewards, info["cost"], *terms, info["contact_speed_mps"], *gas])
     ends = list(map(end_of, info["outcome"], info["contact_caused_by"]))
     return observations, numbers, envs._worlds.robots.copy(), envs._worlds.people.copy(), ends
 
@@ -123,7 +127,8 @@ def rows_alone(env: CorridorEnv, taken: Any, seed: int, episodes: int) -> Iterat
 
 def row_alone(env: CorridorEnv, observation: Any, reward: Any, info: dict[str, Any]) -> Any:
     terms = info["reward_terms"].values()
-    numbers = [reward, info["cost"], *terms, info["contact_speed_mps"]]
+    gas = [info["gas"][name] for name in SMELT] if "gas" in info else []
+    numbers = [reward, info["cost"], *terms, info["contact_speed_mps"], *gas]
     end = end_of(info["outcome"], info["contact_caused_by"])
     return observation, numbers, env._world.robots[0].copy(), env._world.people.copy(), end
 
@@ -222,7 +227,17 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "nobody": {"people": {"count": [0, 0]}},
     "crowd": {"people": {"count": [12, 12]}, "place": "intersection"},
     "depth": {"people": {"count": [12, 12]}, "place": "doorway", "nearness": "depth"},
-    "named scenario": {"scenario": "E*"},
+    "gas in another sensor, at another clock": {
+        "gas": {
+            "sensor": {"rise_s": 1.0, "decay_s": 4.0, "half_ppm": 5.0, "exponent": 0.5},
+            "leak_share": 1.0,
+            "strength_ppm": [20.0, 20.0],
+        },
+        "clock": {"physics_s": 0.005, "social_s": 0.1, "decision_s": 0.2},
+        "tier": "sonar",
+    },
+    "gas in the open": {"gas": {"leak_share": 1.0}, "place": "open"},
+    "named scenario": {"scenario": "E*", "gas": {}},
     "circle and human": {"scenario": "circle+human"},
 }
 
@@ -285,8 +300,16 @@ RICH = make_config(
         "ultrasonic": {"cross_talk": 0.1, "range_m": 3.0, "miss_angle_rad": 1.05},
         "tracker": {"dropout": 0.1, "latency_steps": 1, "moving_mps": 1.2},
     },
+    gas={"sensor": GAS_SENSORS["TGS2611"]._asdict(), "strength_ppm": [20.0, 100.0]},
 )
 HANDFUL = [
+    "gas.strength_ppm.0",
+    "gas.draught_mps.1",
+    "gas.plume.sigma0_m",
+    "gas.plume.meander_s",
+    "gas.sensor.decay_s",
+    "gas.sensor.false_alarms_per_h",
+    "reward.survey",
     "drive.acceleration_mps2",
     "drive.plant.T1",
     "drive.tracking.a2",
@@ -306,7 +329,7 @@ HANDFUL = [
 # The castor moves nothing, and the periods of the clock must divide each other.
 LEFT_OUT = ("drive.chassis.L1", "drive.chassis.L2", "drive.chassis.L3", "clock.")
 # A hundredth of these shows in one world of many only; they are changed by half.
-COARSE = ("people.mix", "people.reaction_shares", "arrival_tolerance_m")
+COARSE = ("gas.leak_share", "people.mix", "people.reaction_shares", "arrival_tolerance_m")
 
 
 def parts(value: Any) -> dict[str, Any]:

@@ -20,6 +20,8 @@ def test_the_ids_are_those_of_the_field() -> None:
         "Intersection-v1",
         "Doorway-v1",
         "Aisle-v1",
+        "Inspection-v1",
+        "InspectionEmpty-v1",
         "Replay-v1",
     }
 

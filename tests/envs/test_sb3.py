@@ -81,9 +81,10 @@ def test_every_world_does_what_its_single_environment_does() -> None:
     assert {"contact_person", "timeout"} <= set(ends)
 
 
-def test_infos_are_those_of_stable_baselines_own_loop() -> None:
-    batch = CorridorVecEnv(WORLDS, **LIVELY)
-    loop = DummyVecEnv(WORLDS * [lambda: CorridorEnv(**LIVELY)])
+@pytest.mark.parametrize("gas", [None, {"leak_share": 0.5}], ids=["", "gas"])
+def test_infos_are_those_of_stable_baselines_own_loop(gas: Any) -> None:
+    batch = CorridorVecEnv(WORLDS, **LIVELY, gas=gas)
+    loop = DummyVecEnv(WORLDS * [lambda: CorridorEnv(**LIVELY, gas=gas)])
     ends = 0
     for envs in (batch, loop):
         envs.seed(6)
@@ -109,12 +110,13 @@ def assert_alike(infos: list[dict[str, Any]], others: list[dict[str, Any]]) -> N
 
 
 def test_infos_that_are_changed_change_nothing_else() -> None:
-    envs = CorridorVecEnv(2, seed=0)
+    envs = CorridorVecEnv(2, seed=0, gas={})
     envs.reset()
     envs.reset_infos[0].clear()
     *_, infos = envs.step(np.zeros((2, 1)))
     expected = copy.deepcopy(infos[1])
     infos[0]["reward_terms"].clear()
+    infos[0]["gas"].clear()
     infos[0].clear()
     assert infos[1] == expected
     assert set(envs.step(np.zeros((2, 1)))[-1][0]) == set(expected)

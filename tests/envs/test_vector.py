@@ -23,7 +23,7 @@ from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
 from hazbot_gym.envs.vector import CorridorVectorEnv
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.task.reward import TERMS
+from hazbot_gym.task.reward import terms_of, weights_of
 from tests.refusals import refused
 
 GYMNASIUM = tuple(int(part) for part in gymnasium.__version__.split(".")[:2])
@@ -42,8 +42,10 @@ everywhere = pytest.mark.parametrize("env_id", IDS)
 in_every_mode = pytest.mark.parametrize("mode", MODES)
 
 
-def lively(worlds: int, mode: AutoresetMode = AutoresetMode.NEXT_STEP) -> CorridorVectorEnv:
-    return CorridorVectorEnv(worlds, autoreset_mode=mode, **LIVELY)
+def lively(
+    worlds: int, mode: AutoresetMode = AutoresetMode.NEXT_STEP, **options: Any
+) -> CorridorVectorEnv:
+    return CorridorVectorEnv(worlds, autoreset_mode=mode, **LIVELY, **options)
 
 
 def actions(worlds: int, steps: int, seed: int = 0) -> Floats:
@@ -107,9 +109,10 @@ def rounded(value: Any) -> Any:
 
 
 @in_every_mode
-def test_every_mode_does_what_gymnasiums_own_loop_does(mode: AutoresetMode) -> None:
-    loop = SyncVectorEnv(4 * [lambda: CorridorEnv(**LIVELY)], autoreset_mode=mode)
-    native = lively(4, mode)
+@pytest.mark.parametrize("gas", [None, {"leak_share": 0.5}], ids=["", "gas"])
+def test_every_mode_does_what_gymnasiums_own_loop_does(mode: AutoresetMode, gas: Any) -> None:
+    loop = SyncVectorEnv(4 * [lambda: CorridorEnv(**LIVELY, gas=gas)], autoreset_mode=mode)
+    native = lively(4, mode, gas=gas)
     ours, theirs = play(native, 260), play(loop, 260)
     assert len(ours) == len(theirs)
     for (*mine, my_info), (*others, other_info) in zip(ours, theirs, strict=True):
@@ -212,21 +215,26 @@ def test_every_world_tells_the_same_keys_after_every_reset_and_step(mode: Autore
 
 
 def test_the_end_of_an_episode_tells_the_scenario_that_it_had() -> None:
-    envs = lively(3, AutoresetMode.SAME_STEP)
-    keys, ends = envs.reset(seed=1)[1]["scenario_key"], 0
+    envs = lively(3, AutoresetMode.SAME_STEP, gas={"leak_share": 1.0})
+    _, info = envs.reset(seed=1)
+    keys, leaks, ends = info["scenario_key"], info["gas"]["leak_s_m"], 0
     for action in actions(3, 300):
         *_, info = envs.step(action)
         for i in np.flatnonzero(info.get("_final_info", np.zeros(3))):
-            assert info["final_info"]["scenario_key"][i] == keys[i] != info["scenario_key"][i]
+            last = info["final_info"]
+            assert last["scenario_key"][i] == keys[i] != info["scenario_key"][i]
+            assert last["gas"]["leak_s_m"][i] == leaks[i] != info["gas"]["leak_s_m"][i]
             ends += 1
-        keys = info["scenario_key"]
+        keys, leaks = info["scenario_key"], info["gas"]["leak_s_m"]
     assert ends > 3
 
 
 def test_reward_terms_are_those_of_the_reward() -> None:
-    for _, rewards, *_, info in play(lively(3), 150)[1:]:
-        terms = [info["reward_terms"][name] for name in TERMS]
-        assert rewards == pytest.approx(np.array(make_config().reward) @ np.array(terms))
+    for options in ({}, {"gas": {}}):
+        envs = lively(3, **options)
+        for _, rewards, *_, info in play(envs, 150)[1:]:
+            terms = [info["reward_terms"][name] for name in terms_of(envs.config)]
+            assert rewards == pytest.approx(weights_of(envs.config) @ np.array(terms))
 
 
 # --- what make_vec passes on ---------------------------------------------------------------------

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from hazbot_gym.core.geometry import straight_path
-from hazbot_gym.core.state import ROBOT, TRACK, records
-from hazbot_gym.task.observation import LAYOUTS
+from hazbot_gym.core.state import GAS, ROBOT, TRACK, records
+from hazbot_gym.task.observation import LAYOUTS, layout_for
 from hazbot_gym.task.observation import observe as write_observation
 
 PATH = straight_path(np.array([[0.0, 0.0], [20.0, 0.0]])).view(np.recarray)
@@ -39,8 +39,8 @@ def blank() -> type[Blank]:
 def seen() -> Callable[..., Any]:
     """Return a function that draws observations of a tier, (500, width)."""
 
-    def draw(tier: str = "tracks") -> Any:
-        layout, rng = LAYOUTS[tier], np.random.default_rng(0)
+    def draw(tier: str = "tracks", *, has_gas: bool = False) -> Any:
+        layout, rng = layout_for(tier, has_gas=has_gas), np.random.default_rng(0)
         return rng.uniform(layout.low, layout.high, (500, layout.width)).astype(np.float32)
 
     return draw
@@ -60,7 +60,7 @@ def observe() -> Callable[..., Any]:
         for track, (x, y, vx, vy) in zip(tracks, people, strict=True):
             track.visible, track.x, track.y, track.vx, track.vy = 1, x, y, vx, vy
         out = np.zeros(LAYOUTS["tracks"].width, np.float32)
-        write_observation(robot, PATH, np.full(4, 4.0), tracks, out)
+        write_observation(robot, PATH, np.full(4, 4.0), tracks, records(GAS, 0), out)
         return out
 
     return encoded

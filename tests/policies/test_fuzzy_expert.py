@@ -11,7 +11,7 @@ import pytest
 
 from hazbot_gym.core.fuzzy import kept_fraction, kept_fractions
 from hazbot_gym.core.geometry import straight_path
-from hazbot_gym.core.state import NO_PATTERN, PATTERN_NAMES, ROBOT, TRACK, Floats, records
+from hazbot_gym.core.state import GAS, NO_PATTERN, PATTERN_NAMES, ROBOT, TRACK, Floats, records
 from hazbot_gym.policies.fuzzy_expert import (
     RULES,
     FuzzyExpert,
@@ -48,7 +48,7 @@ def observe(
         track.visible, track.pattern = 1, person.pattern
         track.x, track.y, track.vx, track.vy = person[:4]
     out = np.zeros(LAYOUTS[tier].width, dtype=np.float32)
-    write_observation(robot, PATH, np.full(4, 4.0), tracks, out)
+    write_observation(robot, PATH, np.full(4, 4.0), tracks, records(GAS, 0), out)
     return out
 
 

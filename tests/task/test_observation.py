@@ -8,10 +8,11 @@ import numpy.typing as npt
 import pytest
 
 from hazbot_gym.core.geometry import straight_path
-from hazbot_gym.core.sensor_ring import RangeSensor
+from hazbot_gym.core.sensor_ring import RINGS, RangeSensor, Ring
 from hazbot_gym.core.state import (
     CONFRONTING,
     CROSSING,
+    GAS,
     LEADING,
     NO_PATTERN,
     ROBOT,
@@ -21,14 +22,17 @@ from hazbot_gym.core.state import (
     records,
 )
 from hazbot_gym.task.observation import (
+    GAS_FIELDS,
     LAYOUTS,
     PERSON_FIELDS,
     PERSON_SLOTS,
+    TIERS,
     Layout,
     layout_for,
     layout_of,
     markdown_table,
     observe_kernel,
+    without_gas,
 )
 from tests.refusals import refused
 
@@ -67,11 +71,13 @@ def observation_of(
     tracks: Records | None = None,
     ranges: Floats | None = None,
     layout: Layout = LAYOUT,
+    gas: Records | None = None,
 ) -> npt.NDArray[np.float32]:
     out = np.full(layout.width, np.nan, dtype=np.float32)
     ranges = np.array([0.5, 1.0, 2.0, 4.0]) if ranges is None else ranges
     robot = a_robot() if robot is None else robot
-    observe_kernel(robot, PATH, ranges, seen() if tracks is None else tracks, out)
+    tracks, gas = seen() if tracks is None else tracks, records(GAS, 0) if gas is None else gas
+    observe_kernel(robot, PATH, ranges, tracks, gas, out)
     return out
 
 
@@ -184,6 +190,50 @@ def test_tier_without_people_is_the_beginning_of_the_others() -> None:
     assert observation_of(tracks=seen(at(2.0)), layout=sonar).tolist() == full[:12].tolist()
 
 
+def smelling(**fields: float) -> Records:
+    gas = records(GAS, 1)
+    for name, value in fields.items():
+        gas["smell"][name] = value
+    return gas
+
+
+@pytest.mark.parametrize("tier", LAYOUTS)
+def test_gas_sensor_stands_before_people_and_moves_nothing_else(tier: str) -> None:
+    people, with_gas = seen(at(2.0, 40.0, pattern=LEADING)), layout_for(tier, has_gas=True)
+    gas = smelling(reading=9.0, smooth=0.6, smoother=0.4, since_peak_s=3.0, has_sounded=1)
+    fields = with_gas.decode(observation_of(tracks=people, gas=gas, layout=with_gas))
+
+    assert with_gas.names[12:16] == tuple(field.name for field in GAS_FIELDS)
+    smelt = {"gas_reading": 0.6, "gas_rate_per_s": 0.2, "gas_since_peak_s": 3.0, "gas_alarmed": 1.0}
+    assert {name: fields.pop(name) for name in smelt} == pytest.approx(smelt)
+    assert fields == LAYOUTS[tier].decode(observation_of(tracks=people, layout=LAYOUTS[tier]))
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_readings_beyond_their_bounds_are_clipped(sign: float) -> None:
+    layout = layout_for("tracks", has_gas=True)
+    gas = smelling(smooth=sign * 1e3, smoother=-sign * 1e3, since_peak_s=1e3)
+    observation = observation_of(gas=gas, layout=layout)
+
+    assert (observation >= layout.low).all()
+    assert (observation <= layout.high).all()
+
+
+@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize("ring", RINGS)
+def test_an_observation_without_its_gas_sensor_is_that_of_the_layout_without(
+    tier: str, ring: Ring
+) -> None:
+    with_gas, without = (layout_for(tier, ring, has_gas=has) for has in (True, False))
+    rows = np.random.default_rng(0).uniform(-1.0, 1.0, (5, with_gas.width)).astype(np.float32)
+    rest = without_gas(rows)
+
+    assert layout_of(rest) is layout_of(np.zeros(without.width))
+    kept = [with_gas.names.index(name) for name in without.names]
+    assert np.array_equal(rest, rows[:, kept])
+    assert without_gas(rest) is rest
+
+
 @pytest.mark.parametrize("tier", LAYOUTS)
 def test_layout_agrees_with_the_table_of_fields(tier: str) -> None:
     layout = LAYOUTS[tier]
@@ -224,7 +274,7 @@ def test_layout_of_a_ring_of_ones_own_is_asked_for_by_the_ring() -> None:
         layout_of(np.zeros(12), ring)
 
 
-@pytest.mark.parametrize("shape", [(12,), (7, 12), (14,), (48,), (2, 3, 48), (50,)])
+@pytest.mark.parametrize("shape", [(12,), (7, 12), (14,), (48,), (2, 3, 48), (50,), (16,), (3, 52)])
 def test_layout_is_told_by_the_last_axis(shape: tuple[int, ...]) -> None:
     assert layout_of(np.zeros(shape)).width == shape[-1]
 

@@ -24,7 +24,14 @@ from hazbot_gym.core.state import (
     records,
 )
 from hazbot_gym.task.outcome import BY_PERSON, BY_ROBOT
-from hazbot_gym.task.reward import TERMS, contact_severity, intrusion, judge_kernel, tracking_error
+from hazbot_gym.task.reward import (
+    SURVEY_TERM,
+    TERMS,
+    contact_severity,
+    intrusion,
+    judge_kernel,
+    tracking_error,
+)
 from hazbot_gym.task.step_record import DEPTH, DISCOMFORT, STEP, Rules
 
 PATH = straight_path(np.array([[0.0, 0.0], [12.0, 0.0]]))
@@ -96,7 +103,7 @@ def test_every_term_is_within_its_range_whatever_happens(
         nearness=nearness,
     )
 
-    assert tuple(terms) == RewardWeights._fields
+    assert (*terms, SURVEY_TERM) == RewardWeights._fields
     assert 0.0 <= terms.pop("arrival") <= RULES.horizon * RULES.decision_s
     assert all(0.0 <= value <= 1.0 for value in terms.values())  # one person at most
 

@@ -55,12 +55,15 @@ def test_commands_are_rounded_to_the_lattice() -> None:
 
 def test_every_family_of_rules_is_compared() -> None:
     families = {family.partition(":")[0] for family in headroom.RULES}
-    assert families == set(SWEEPS) - {"constant", "stop_when_near"}  # these two are the zero
+    about_gas = {"slow_on_rise", "undo_lag"}
+    assert families == set(SWEEPS) - about_gas - {"constant", "stop_when_near"}  # the zero
 
 
 def test_five_or_more_environments_have_room() -> None:
     record = read_json(RECORDS / "headroom.json")
-    assert set(record["environments"]) == set(headroom.environments())
+    known = headroom.environments()
+    without_gas = {name for name in known if headroom.headroom_config(name).gas is None}
+    assert without_gas <= set(record["environments"]) <= set(known)
     assert sum(has_room(found) for found in record["environments"].values()) >= 5
     assert record["episodes"] >= 100
 
