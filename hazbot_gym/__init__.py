@@ -1,7 +1,7 @@
 """hazbot_gym: choose the speed of a gas-inspection robot among people in narrow places.
 
-Importing the package registers its environments with Gymnasium. The names below are imported on
-first use, so that the import is fast.
+Importing the package registers its environments with Gymnasium, without importing it: a robot needs
+only ``SpeedController``. The names below are imported on first use, so that the import is fast.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING
 
-from hazbot_gym.envs.registration import register_environments
+from hazbot_gym.envs.registration import register_with_gymnasium
 
 __version__ = "0.1.0"
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from hazbot_gym.evaluation.metrics import means, measure
     from hazbot_gym.evaluation.rollout import evaluate, run_episode
     from hazbot_gym.policies.base import make as make_policy
+    from hazbot_gym.runtime.controller import SpeedController
     from hazbot_gym.task.observation import layout_of
     from hazbot_gym.training.config import load_training
     from hazbot_gym.training.run import train
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Config",
     "CorridorEnv",
+    "SpeedController",
     "evaluate",
     "layout_of",
     "load_training",
@@ -39,6 +41,7 @@ __all__ = [
 _HOMES = {
     "Config": "config",
     "CorridorEnv": "envs.corridor",
+    "SpeedController": "runtime.controller",
     "evaluate": "evaluation.rollout",
     "layout_of": "task.observation",
     "load_training": "training.config",
@@ -49,7 +52,7 @@ _HOMES = {
     "train": "training.run",
 }
 
-register_environments()
+register_with_gymnasium()
 
 
 def __getattr__(name: str) -> object:

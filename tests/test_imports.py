@@ -18,7 +18,7 @@ PACKAGE = Path(hazbot_gym.__file__).parent
 ENGINES = ("envs", "sim", "task", "config", "core", "utils")
 MIDDLE = ("training", "evaluation", "policies", *ENGINES)
 BELOW = {
-    "__init__": ("envs", "training", "evaluation", "policies", "task", "config"),
+    "__init__": ("envs", "training", "evaluation", "runtime", "policies", "task", "config"),
     "__main__": ("cli",),
     "cli": ("bench", "paper", "viewer", "calibration", "study", *MIDDLE),
     "bench": ("study", *MIDDLE),
@@ -39,6 +39,7 @@ BELOW = {
         "utils",
     ),
     "viewer": ("evaluation", "policies", *ENGINES),
+    "runtime": ("policies", "task.action", "task.observation", "config", "core", "utils"),
     "training": ("evaluation", "policies", *ENGINES),
     "calibration": ("sim", "task", "config", "core", "utils"),
     "evaluation": ("policies", *ENGINES),
@@ -179,6 +180,7 @@ def test_imports_point_one_way_and_heavy_libraries_stay_at_home() -> None:
         ("viewer/watch.py", "import hazbot_gym.training", "viewer.watch imports training"),
         ("calibration/fit.py", "import hazbot_gym.envs", "calibration.fit imports envs"),
         ("utils/files.py", "import hazbot_gym.core.state", "utils.files imports core.state"),
+        ("runtime/people.py", "import hazbot_gym.sim.world", "runtime.people imports sim.world"),
     ],
 )
 def test_checker_catches_a_planted_violation(
@@ -210,15 +212,32 @@ def test_checker_lets_allowed_imports_pass(tmp_path: Path, file: str, line: str)
 
 
 def test_importing_the_package_loads_no_heavy_library() -> None:
-    heavy = {*HOMES, "pydantic", "yaml", "rich", "scipy"}
+    heavy = {*HOMES, "gymnasium", "pydantic", "yaml", "rich", "scipy"}
     command = "import sys, hazbot_gym; print(*sys.modules)"
 
     loaded = subprocess.run(
         [sys.executable, "-c", command], capture_output=True, text=True, check=True
     ).stdout.split()
 
-    assert "gymnasium" in loaded
+    assert "hazbot_gym" in loaded
     assert heavy.isdisjoint(loaded)
+
+
+def test_a_robot_s_runtime_loads_no_simulator() -> None:
+    command = (
+        "import sys; sys.modules['gymnasium'] = None\n"
+        "from hazbot_gym import SpeedController\n"
+        "SpeedController('ppo', tier='sonar'); print(*sys.modules)"
+    )
+
+    loaded = subprocess.run(
+        [sys.executable, "-c", command], capture_output=True, text=True, check=True
+    ).stdout.split()
+
+    assert "hazbot_gym.runtime.controller" in loaded
+    simulator = {name for name in loaded if name.startswith(("hazbot_gym.sim", "gymnasium."))}
+    assert simulator == set()
+    assert {"pymunk", "torch", "pandas"}.isdisjoint(loaded)
 
 
 def test_tables_are_parsed_by_what_is_imported_when_one_is_read() -> None:

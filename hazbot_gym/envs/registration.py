@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import gymnasium
-
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.utils.after_import import after_import
 
 NAMESPACE = "hazbot_gym"
 
@@ -93,6 +92,8 @@ def full_id(name: str) -> str:
 
 def register_environments() -> None:
     """Register all environments; idempotent."""
+    import gymnasium
+
     for name, (_, preset) in ENVIRONMENTS.items():
         env_id = f"{NAMESPACE}/{name}"
         if env_id not in gymnasium.registry:
@@ -102,3 +103,8 @@ def register_environments() -> None:
                 vector_entry_point="hazbot_gym.envs.vector:CorridorVectorEnv",
                 kwargs={"preset": preset},
             )
+
+
+def register_with_gymnasium() -> None:
+    """Register all environments as soon as Gymnasium is imported, which a robot need not do."""
+    after_import("gymnasium", register_environments)

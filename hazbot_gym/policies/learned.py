@@ -63,10 +63,11 @@ class TrainedActor(Guarded):
         return self.actor.act(observation, state, starts)
 
 
-class _FromFile:
+class FromFile:
     """Policy that delegates to a policy read from a file."""
 
-    def _policy_for(self, observation: Observations) -> Policy:
+    def policy_for(self, observation: Observations) -> Policy:
+        """Return the policy of the file for observations of this width."""
         raise NotImplementedError
 
     def predict(
@@ -78,12 +79,12 @@ class _FromFile:
     ) -> tuple[Actions, object]:
         """Return the action of the file's policy; see ``Policy.predict``."""
         observation = numbers(observation)
-        policy = self._policy_for(observation)
+        policy = self.policy_for(observation)
         return policy.predict(observation, state, episode_start, deterministic)
 
 
 @dataclass(frozen=True, config=OPTIONS)
-class Learned(_FromFile):
+class Learned(FromFile):
     """Policy from a file exported by ``hazbot train``, or saved by Stable-Baselines3."""
 
     path: Path
@@ -92,7 +93,8 @@ class Learned(_FromFile):
     def __post_init__(self) -> None:
         self._policy  # noqa: B018  (a file that cannot be used is refused when the policy is made)
 
-    def _policy_for(self, observation: Observations) -> Policy:
+    def policy_for(self, observation: Observations) -> Policy:
+        """Return the file's policy."""
         return self._policy
 
     @cached_property
@@ -111,7 +113,7 @@ class Learned(_FromFile):
 
 
 @dataclass(frozen=True, config=OPTIONS)
-class Ppo(_FromFile):
+class Ppo(FromFile):
     """The shipped PPO policies, one for each observation width."""
 
     def __post_init__(self) -> None:
@@ -129,7 +131,12 @@ class Ppo(_FromFile):
             for network in found
         }
 
-    def _policy_for(self, observation: Observations) -> Policy:
+    def policy_for(self, observation: Observations) -> Policy:
+        """Return the policy shipped for observations of this width.
+
+        Raises:
+            InvalidInput: None is shipped for it.
+        """
         observation = without_gas(observation)
         layout = layout_of(observation)
         if layout.width not in self._policies:

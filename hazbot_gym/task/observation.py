@@ -149,10 +149,34 @@ class Layout:
     def _scale(self) -> Floats:
         return np.array([field.scale for field in self.fields])
 
+    @cached_property
+    def _bounds(self) -> tuple[Floats, Floats]:
+        low, high = zip(*((field.low, field.high) for field in self.fields), strict=True)
+        return np.array(low), np.array(high)
+
     def decode(self, observation: npt.ArrayLike) -> dict[str, Floats]:
         """Decode every field to its unit, by name; leading axes of (..., width) are kept."""
         physical = np.asarray(observation, dtype=np.float64) * self._scale
         return {name: physical[..., i] for i, name in enumerate(self.names)}
+
+    def encode(self, seen: Mapping[str, npt.ArrayLike]) -> npt.NDArray[np.float32]:
+        """Encode fields in their units, by name: the reverse of ``decode``, shape (..., width).
+
+        Values are clipped to their bounds as in the simulator; NaN stays NaN.
+
+        Raises:
+            InvalidInput: A field is missing, or is not one of the layout.
+        """
+        for name in self.names:
+            if name not in seen:
+                raise InvalidInput(f"observation: the field {name} is missing")
+        for name in seen:
+            if name not in self.names:
+                allowed = ", ".join(self.names)
+                raise InvalidInput(f"observation: given a field {name!r}, allowed are {allowed}")
+        fields = [np.asarray(seen[name], np.float64) for name in self.names]
+        physical = np.stack(np.broadcast_arrays(*fields), axis=-1)
+        return np.asarray(np.clip(physical, *self._bounds) / self._scale, np.float32)
 
 
 TIERS = ("sonar", "tracks", "privileged")
@@ -286,6 +310,39 @@ def _put_empty(out: npt.NDArray[np.float32], i: int) -> int:
     return i + _PER_PERSON
 
 
+@scalar
+def _put_people(
+    out: npt.NDArray[np.float32], i: int, tracks: Records, robot: RobotRecord, absent: int
+) -> None:
+    """Write the nearest people, from entry i to the end; empty slots where there are fewer."""
+    beyond, last = -1.0, -1
+    while i < out.shape[0]:
+        k = _next_nearest(tracks, robot, beyond, last)
+        if k < 0:
+            i = _put_empty(out, i)
+        else:
+            beyond, last = norm(tracks[k].x - robot.x, tracks[k].y - robot.y), k
+            i = _put_person(out, i, tracks[k], robot, absent)
+
+
+def person_fields(tracks: Records, robots: Records) -> dict[str, float]:
+    """Return the person fields that ``observe`` writes, by name and in their units.
+
+    It runs as plain Python, so that nothing is compiled.
+
+    Args:
+        tracks: (P,) TRACK records.
+        robots: (1,) ROBOT record.
+    """
+    first = _OWN + _GAS
+    out = np.empty(PERSON_SLOTS * _PER_PERSON, np.float32)
+    _put_people(out, 0, tracks.view(np.recarray), robots.view(np.recarray)[0], first)
+    fields = OTHER_FIELDS[first:]
+    return {
+        field.name: float(value) * field.scale for field, value in zip(fields, out, strict=True)
+    }
+
+
 @routine
 def observe(
     robot: RobotRecord, path: Records, ranges: Floats, tracks: Records, gas: Records,
@@ -318,14 +375,7 @@ def observe(
         i = _put(rest, i, reading_rate(gas[k].smell))
         i = _put(rest, i, gas[k].smell.since_peak_s)
         i = _put(rest, i, gas[k].smell.has_sounded)
-    beyond, last = -1.0, -1
-    while i < rest.shape[0]:
-        k = _next_nearest(tracks, robot, beyond, last)
-        if k < 0:
-            i = _put_empty(rest, i)
-        else:
-            beyond, last = norm(tracks[k].x - robot.x, tracks[k].y - robot.y), k
-            i = _put_person(rest, i, tracks[k], robot, absent)
+    _put_people(rest, i, tracks, robot, absent)
 
 
 @lean_kernel
