@@ -7,7 +7,7 @@ episode reports the info of its reset, and the end of the old episode under ``fi
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,7 @@ from hazbot_gym.task.leak import gas_info
 from hazbot_gym.task.outcome import CAUSE_NAMES, NOBODY, OUTCOME_NAMES, RUNNING
 
 Names = npt.NDArray[np.object_]
+Table = TypeVar("Table", bound=NamedTuple)
 
 _OUTCOMES, _CAUSES = np.array(OUTCOME_NAMES, object), np.array(CAUSE_NAMES, object)
 
@@ -87,6 +88,12 @@ def final_info(reported: Reported, outputs: Outputs, ended: Bools) -> Info:
     fresh = np.zeros_like(ended)
     last = world_info(reported, outputs, outputs.final_gas, told=ended, fresh=fresh)
     return masked(ended, final_obs=observations, final_info=last)
+
+
+def rows_of(table: Table, rows: npt.NDArray[np.int64]) -> Table:
+    """Return some worlds' rows of a tuple of arrays; arrays without rows stay empty."""
+    columns: Any = table
+    return type(table)(*(column[rows] if len(column) else column for column in columns))
 
 
 def masked(mask: Bools, **values: object) -> Info:

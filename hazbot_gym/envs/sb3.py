@@ -63,6 +63,7 @@ class CorridorVecEnv(VecEnv):
         *,
         id: str | None = None,
         seed: int | None = None,
+        has_infos: bool = True,
         **arguments: Any,
     ) -> None:
         """Make N worlds.
@@ -72,11 +73,14 @@ class CorridorVecEnv(VecEnv):
                 environments, whose config and monitors the batch takes over.
             id: A registered environment, such as ``hazbot_gym/Crossing-v1``.
             seed: World i is seeded by ``seed + i`` at the first reset.
+            has_infos: Whether running worlds have infos; without them steps are faster. Infos of
+                resets and of ended episodes are always there.
             **arguments: Arguments of ``CorridorVectorEnv``.
 
         Raises:
             InvalidInput: A value cannot be used; one line says which and what is allowed.
         """
+        self._has_infos = has_infos
         self._singles = Singles(num_envs) if isinstance(num_envs, list | tuple) else None
         spec = _spec_of(id or DEFAULT_ID)
         if self._singles:
@@ -140,6 +144,8 @@ class CorridorVecEnv(VecEnv):
         self,
     ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], npt.NDArray[np.bool_], list[Info]]:
         """Take one decision in every world."""
+        if not self._has_infos and not self._singles:
+            return self._step_arrays()
         observations, rewards, terminated, truncated, info = self.worlds.step(self._actions)
         ended = terminated | truncated
         ends = np.flatnonzero(ended)
@@ -156,6 +162,23 @@ class CorridorVecEnv(VecEnv):
         for i in ends:
             infos[i]["terminal_observation"] = info["final_obs"][i]
         return observations, rewards.astype(np.float32), ended, infos
+
+    def _step_arrays(
+        self,
+    ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], npt.NDArray[np.bool_], list[Info]]:
+        """Take one decision in every world; running worlds share one empty info."""
+        step = self.worlds.step_arrays(self._actions)
+        self.terms, self.costs = self.worlds.terms, self.worlds.costs
+        infos: list[Info] = [{}] * self.num_envs
+        if len(step.rows):
+            fresh, last = _by_world(step.info), _by_world(step.info["final_info"])
+            for k, i in enumerate(step.rows.tolist()):
+                self.reset_infos[i] = fresh[k]
+                infos[i] = last[k] | {
+                    "TimeLimit.truncated": bool(step.truncated[i]),
+                    "terminal_observation": step.info["final_obs"][k],
+                }
+        return step.observations.copy(), step.rewards.astype(np.float32), step.ended, infos
 
     def _infos(self, time_s: Floats) -> list[Info]:
         """Return the infos of running worlds: those of their resets with updates."""

@@ -20,7 +20,7 @@ from hazbot_gym.core.jit import LANES
 from hazbot_gym.core.place_table import place_at
 from hazbot_gym.core.state import PERSON, Floats, Records, as_record, records
 from hazbot_gym.envs.arguments import Info
-from hazbot_gym.envs.batch_info import Reported, Scenarios, final_info, world_info
+from hazbot_gym.envs.batch_info import Reported, Scenarios, final_info, rows_of, world_info
 from hazbot_gym.envs.batch_input import (
     Seeds,
     actions_of,
@@ -59,6 +59,17 @@ class State(NamedTuple):
     robots: Records  # (N,) ROBOT
     people: Records  # (N, P) PERSON, including absent people
     gas: Records  # (N,) GAS; (0,) without gas
+
+
+class ArrayStep(NamedTuple):
+    """A step of N worlds without infos of running ones."""
+
+    observations: Observations  # (N, width), of the next episode where one ended
+    rewards: Floats  # (N,)
+    ended: npt.NDArray[np.bool_]  # (N,)
+    truncated: npt.NDArray[np.bool_]  # (N,)
+    rows: npt.NDArray[np.int64]  # (E,) worlds whose episode ended
+    info: Info  # their infos in Gymnasium's form for SAME_STEP, arrays (E,); {} without any
 
 
 class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
@@ -225,12 +236,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         everyone = np.ones(self.num_envs, np.bool_)
         mask = everyone if mask is None else mask_of(mask, self.num_envs, "mask")
         due = self._episodes.is_over & mask
-        self._may_step(due)
-        checked = actions_of(actions, self.num_envs, self.config)
-        self._refill(self._episodes.used >= KEYS_AHEAD)
-        self._run(mask, checked)
-        outcome = self._outputs.records["outcome"]
-        ended, truncated = outcome != RUNNING, outcome == TIMEOUT
+        ended, truncated = self._advance(actions, mask, due)
         is_same_step = self.autoreset_mode == AutoresetMode.SAME_STEP
         fresh = ended if is_same_step else due
         if self._viewer:
@@ -243,6 +249,44 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         outputs = self._outputs
         rewards = outputs.rewards.copy()
         return outputs.observations.copy(), rewards, ended & ~truncated, truncated, info
+
+    def step_arrays(self, actions: Any) -> ArrayStep:
+        """Step every world without infos of running ones; only with autoreset mode SAME_STEP.
+
+        The arrays are the environment's own, valid until the next step.
+
+        Args:
+            actions: One for each world.
+        """
+        if self.autoreset_mode != AutoresetMode.SAME_STEP:
+            raise InvalidInput(
+                f"step_arrays: given autoreset_mode {self.autoreset_mode.value!r}, allowed is "
+                f"{AutoresetMode.SAME_STEP.value!r}"
+            )
+        everyone = np.ones(self.num_envs, np.bool_)
+        ended, truncated = self._advance(actions, everyone, self._episodes.is_over)
+        before, self._scenarios = self._scenarios, self._met(ended)
+        rows = np.flatnonzero(ended)
+        last: Info = {}
+        if len(rows):
+            outputs, told = rows_of(self._outputs, rows), np.ones(len(rows), np.bool_)
+            gas = self._worlds.gas[rows] if len(self._worlds.gas) else self._worlds.gas
+            last = final_info(self._reported(rows_of(before, rows)), outputs, told)
+            reported = self._reported(rows_of(self._scenarios, rows))
+            last |= world_info(reported, outputs, gas, told=told, fresh=told)
+        return ArrayStep(
+            self._outputs.observations, self._outputs.rewards, ended, truncated, rows, last
+        )
+
+    @property
+    def terms(self) -> Floats:
+        """Unweighted reward terms of the last decision, (N, terms), valid until the next step."""
+        return self._outputs.terms
+
+    @property
+    def costs(self) -> Floats:
+        """Safety costs of the last decision (N,), valid until the next step."""
+        return self._outputs.costs
 
     def state(self) -> State:
         """Return the true state of all worlds, for metrics."""
@@ -278,6 +322,15 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         raise InvalidInput(f"np_random: given {value!r}, allowed is reset(seed=...)")
 
     # --- inside ----------------------------------------------------------------------------------
+
+    def _advance(self, actions: Any, mask: Bools, due: Bools) -> tuple[Bools, Bools]:
+        """Step the worlds of a mask; return which episodes ended, and which by the horizon."""
+        self._may_step(due)
+        checked = actions_of(actions, self.num_envs, self.config)
+        self._refill(self._episodes.used >= KEYS_AHEAD)
+        self._run(mask, checked)
+        outcome = self._outputs.records["outcome"]
+        return outcome != RUNNING, outcome == TIMEOUT
 
     def _info(self, *, told: Bools, fresh: Bools) -> Info:
         reported = self._reported(self._scenarios)

@@ -23,6 +23,7 @@ from stable_baselines3.common.vec_env import VecEnv
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import NO_CODE, Permissions
 from hazbot_gym.task.observation import layout_in
+from hazbot_gym.training.array_ppo import ArrayPPO
 from hazbot_gym.training.asymmetric_critic import AsymmetricCriticPolicy
 from hazbot_gym.training.config import STUDENTS, TrainConfig, hidden_entries
 from hazbot_gym.training.dagger import BC, DAgger
@@ -33,7 +34,7 @@ from hazbot_gym.training.ppo_lagrangian import PPOLagrangian
 from hazbot_gym.utils.json_object import JsonObject
 
 ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
-    "ppo": stable_baselines3.PPO,
+    "ppo": ArrayPPO,
     "sac": stable_baselines3.SAC,
     "td3": stable_baselines3.TD3,
     "tqc": sb3_contrib.TQC,
@@ -73,6 +74,8 @@ def make_model(config: TrainConfig, envs: VecEnv, allowed: Permissions = NO_CODE
     except (TypeError, ValueError, AssertionError, RuntimeError, MemoryError) as error:
         reason = str(error).split("__init__() ")[-1]
         raise InvalidInput(f"options: {config.algorithm} cannot use them: {reason}") from error
+    if isinstance(model, ArrayPPO):
+        model.threads = config.threads
     if config.residual:
         _silence(model)
     return model

@@ -22,7 +22,6 @@ import math
 from typing import Any, NamedTuple, cast
 
 import numpy as np
-from stable_baselines3 import PPO
 from stable_baselines3.common.buffers import RolloutBuffer
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.policies import ActorCriticPolicy
@@ -31,6 +30,8 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepR
 
 from hazbot_gym.envs.arguments import Info
 from hazbot_gym.policies.guard import Flags
+from hazbot_gym.training.array_ppo import ArrayPPO
+from hazbot_gym.training.combined_envs import CombinedEnvs
 from hazbot_gym.training.config import Lagrangian
 
 
@@ -64,11 +65,11 @@ class PenalizedEnvs(VecEnvWrapper):
     def step_wait(self) -> VecEnvStepReturn:
         """Take one decision in every world."""
         observations, rewards, dones, infos = self.venv.step_wait()
-        costs = np.array([info["cost"] for info in infos], np.float32)
+        costs = cast(CombinedEnvs, self.unwrapped).costs.astype(np.float32)
         return observations, rewards - self.reward_scale * self.multiplier * costs, dones, infos
 
 
-class PPOLagrangian(PPO):
+class PPOLagrangian(ArrayPPO):
     """PPO-Lagrangian: the multiplier is updated between policy updates.
 
     The multiplier is updated after as many episodes have ended as there are worlds. Of episodes

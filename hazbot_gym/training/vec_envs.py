@@ -68,7 +68,7 @@ def require_speeds(envs: VecEnv, key: str) -> None:
 
 
 def _batched(config: Config, worlds: int, threads: int) -> VecEnv:
-    return CorridorVecEnv(worlds, config=config, threads=threads)
+    return CorridorVecEnv(worlds, config=config, threads=threads, has_infos=False)
 
 
 def _pymunk(config: Config, worlds: int, threads: int) -> VecEnv:
