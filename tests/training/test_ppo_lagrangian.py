@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from hazbot_gym.training import run as training
+from hazbot_gym.training.combined_envs import CombinedEnvs
 from hazbot_gym.training.config import Lagrangian, TrainConfig, load_training
 from hazbot_gym.training.ppo_lagrangian import MultiplierState, PenalizedEnvs, updated
 from hazbot_gym.training.run import train
@@ -57,8 +58,8 @@ def test_each_cost_is_charged_at_the_multiplier(engine: str) -> None:
     charged = 0.0
     for _ in range(120):
         action = np.ones((4, 1), np.float32)
-        (_, rewards, _, infos), (_, less, *_) = free.step(action), penalized.step(action)
-        costs = np.array([info["cost"] for info in infos])
+        (_, rewards, *_), (_, less, *_) = free.step(action), penalized.step(action)
+        costs = cast(CombinedEnvs, free.unwrapped).costs
         assert less == pytest.approx(rewards - 0.1 * 3.0 * costs, abs=1e-5)
         charged += costs.sum()
     assert charged > 1.0
