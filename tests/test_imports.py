@@ -58,6 +58,7 @@ TRAINING = tuple(
     f"training.{name}"
     for name in (
         "algorithms",
+        "array_ppo",
         "asymmetric_critic",
         "callbacks",
         "checkpoints",
