@@ -38,7 +38,7 @@ class Scenarios(NamedTuple):
 
 
 class Reported(NamedTuple):
-    """What infos report besides the outputs of a step."""
+    """Contents of infos besides the outputs of a step."""
 
     scenarios: Scenarios
     decision_s: float

@@ -27,7 +27,7 @@ class GasRule(PeopleRule):
     people: PeopleRules
 
     def inspects(self, seen: dict[str, Floats]) -> npt.NDArray[np.bool_]:
-        """Return whether decoded observations call for the slow speed, shape (...)."""
+        """Return True where decoded observations call for the slow speed, shape (...)."""
         raise NotImplementedError
 
     @property

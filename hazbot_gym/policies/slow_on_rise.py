@@ -32,5 +32,5 @@ class SlowOnRise(GasRule):
         return self.slow
 
     def inspects(self, seen: dict[str, Floats]) -> npt.NDArray[np.bool_]:
-        """Return whether the reading rises; see ``GasRule``."""
+        """Return True where the reading rises; see ``GasRule``."""
         return seen["gas_rate_per_s"] > self.rise_per_s

@@ -37,5 +37,5 @@ class UndoLag(GasRule):
         return self.slow
 
     def inspects(self, seen: dict[str, Floats]) -> npt.NDArray[np.bool_]:
-        """Return whether the sensor heads for the level; see ``GasRule``."""
+        """Return True where the sensor heads for the level; see ``GasRule``."""
         return seen["gas_reading"] + self.lag_s * seen["gas_rate_per_s"] > self.level

@@ -128,7 +128,7 @@ def leak_of(table: GasTable, place: int, path: Records, key: int) -> Records:
 
 
 def gas_info(gas: Records) -> dict[str, Any]:
-    """Return what infos report of gas, by name, arrays (N,); 0 for a leak that is not there."""
+    """Return the gas in infos, by name, arrays (N,); 0 for a leak that is not there."""
     leak, smell = gas["leak"], gas["smell"]
     is_there = leak["is_there"].copy()
     return {

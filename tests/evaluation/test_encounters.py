@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hazbot_gym.core.state import GAS, records
 from hazbot_gym.evaluation.encounters import encounters, post_encroachment_s, proxemics
 from hazbot_gym.evaluation.episode import Episode
 from hazbot_gym.evaluation.metrics import clearances, distances
@@ -37,6 +38,8 @@ def drive(people: Any, speed_mps: float = 0.5) -> Episode:
         robot_radius_m=R,
         deceleration_mps2=1.0,
         nominal_mps=0.5,
+        sensor_rise_s=3.44,
+        gas=records(GAS, 0),
     )
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from hazbot_gym.core.discomfort import discomfort
+from hazbot_gym.core.state import GAS, records
 from hazbot_gym.evaluation.episode import Episode
 from hazbot_gym.evaluation.metrics import (
     SsmThresholds,
@@ -41,6 +42,8 @@ def episode(**changes: object) -> Episode:
         robot_radius_m=R,
         deceleration_mps2=1.0,
         nominal_mps=0.5,
+        sensor_rise_s=3.44,
+        gas=records(GAS, 0),
     )
     changed: Episode = plain._replace(**changes)
     return changed._replace(people_alone=np.full((*changed.people.shape[:2], 2), np.nan))
