@@ -23,7 +23,7 @@ FOUND, MISSED, NOTHING = 1.0, -1.0, 0.0
 
 
 class Decision(NamedTuple):
-    """What the sensor says at a decision, and how the decision ends."""
+    """Sensor and outcome at a decision."""
 
     onset: int = 0
     response: float = CLEAN
