@@ -14,6 +14,7 @@ from hazbot_gym.core.pid import PLANTS
 from tests.refusals import refused
 
 NAN, INF = math.nan, math.inf
+SENSOR = {"rise_s": 1.0, "decay_s": 4.0, "half_ppm": 5.0, "exponent": 0.5}
 WALKER = {"x_m": 1.0, "y_m": 1.0, "vx_mps": 0.0, "vy_mps": 0.0}
 
 
@@ -38,7 +39,8 @@ def test_nothing_given_is_the_default() -> None:
         ({"drive": {"nominal_speed_mps": NAN}}, "drive.nominal_speed_mps ... nan"),
         ({"drive": {"acceleration_mps2": INF}}, "drive.acceleration_mps2 ... inf"),
         ({"drive": {"plant": "Z"}}, "drive.plant ... 'Z' ... 'A', 'B', 'A0'"),
-        ({"drive": {"plant": {"K": -1.0}}}, "drive.plant ... K ... -1.0"),
+        ({"drive": {"plant": {"K": -1.0}}}, "drive.plant.K ... -1.0"),
+        ({"drive": {"plant": {"k": 1.0}}}, "drive.plant.k ... unknown ... K, T1, T2"),
         ({"scenario": "circle", "drive": {"plant": {"T1": 3.0}}}, "plant ... 'B'"),
         (
             {"reward": [1]},
@@ -117,6 +119,17 @@ def test_nothing_given_is_the_default() -> None:
             {"clock": {"physics_s": 1e-3, "decision_s": 1.5}},
             "physics_s ... 0.001 ... 1000 ... decision_s",
         ),
+        ({"gas": 3}, "gas ... 3 ... dictionary"),
+        ({"gas": {"leek": 1}}, "gas.leek ... unknown ... sensor, leak_share"),
+        ({"gas": {"leak_share": 1.5}}, "gas.leak_share ... 1.5 ... 1"),
+        ({"gas": {"strength_ppm": [5.0, 1.0]}}, "gas ... strength_ppm ... (5.0, 1.0) ... exceed"),
+        ({"gas": {"draught_mps": [0.5, 0.2]}}, "gas ... draught_mps ... (0.5, 0.2) ... exceed"),
+        ({"gas": {"draught_mps": [0.0, 0.2]}}, "gas.draught_mps.0 ... 0.0 ... greater than 0"),
+        ({"gas": {"plume": {"sigma_m": 1.0}}}, "gas.plume.sigma_m ... unknown ... sigma0_m"),
+        ({"gas": {"sensor": "TGS1"}}, "gas.sensor ... 'TGS1' ... 'TGS2611', 'TGS2620'"),
+        ({"gas": {"sensor": {"rise_s": 1.0}}}, "gas.sensor.decay_s ... required"),
+        ({"gas": {"sensor": {**SENSOR, "rise_s": -1.0}}}, "gas.sensor.rise_s ... -1.0"),
+        ({"gas": {"sensor": {**SENSOR, "tau_s": 1.0}}}, "gas.sensor.tau_s ... unknown ... rise_s"),
         ({"a\nkey": 1}, "a\\nkey ... unknown"),
         ({"tier": "x" * 1000}, "tier ... " + "x" * 116),
         ({"scenario": "E7"}, "scenario ... 'E7' ... E*, E5.5, C*, C90"),

@@ -75,14 +75,14 @@ def first_error(error: ValidationError, model: type[BaseModel]) -> str:
     """Return pydantic's first error as one line: field, given and allowed value."""
     # Of a union's errors, the deepest refers to the intended alternative.
     first = max(error.errors(include_url=False), key=lambda each: len(each["loc"]))
-    # Without the alternatives of a union, such as literal['A', 'B'].
-    location = [name_of(part) for part in first["loc"] if "[" not in str(part)]
+    location, keys = _located(first["loc"], model)
     field = ".".join(location) or "config"
     message = first["msg"].removeprefix("Value error, ")
     if first["type"] == "value_error":
         return f"{field}: {message.removeprefix('env: ')}"
     if first["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
-        return f"{field}: unknown key{_known_keys(first['loc'], model)}"
+        allowed = f", allowed are {', '.join(keys)}" if keys else ""
+        return f"{field}: unknown key{allowed}"
     return f"{field}: given {shown(first['input'])}, {message[0].lower()}{message[1:]}"
 
 
@@ -100,18 +100,27 @@ def shown(value: object) -> str:
     return text if len(text) <= 120 else f"{text[:117]}..."
 
 
-def _known_keys(location: tuple[int | str, ...], model: type[BaseModel]) -> str:
-    """Return the allowed keys at the location of an unknown key, if known."""
+def _located(
+    location: tuple[int | str, ...], model: type[BaseModel]
+) -> tuple[list[str], list[str]]:
+    """Return a location without the names of a union's alternatives, and the keys allowed there."""
+    names, keys = list[str](), list[str]()
     node: object = model
-    for part in location[:-1]:
+    for part in location:
+        kinds = (node, *get_args(node))
+        chosen = [kind for kind in kinds[1:] if getattr(kind, "__name__", None) == part]
+        if chosen or "[" in str(part):  # such as literal['A', 'B']
+            node = chosen[0] if chosen else node
+            continue
+        names.append(name_of(part))
+        keys = [key for kind in kinds for key in _keys_of(kind)]
         if isinstance(part, int):
             node = next(iter(get_args(node)), None)
         else:
-            sections = [getattr(each, "model_fields", {}) for each in (node, *get_args(node))]
+            sections = [getattr(kind, "model_fields", {}) for kind in kinds]
             known = next((each[part] for each in sections if part in each), None)
             node = known.annotation if known else None
-    keys = [key for each in (node, *get_args(node)) for key in _keys_of(each)]  # of a union, too
-    return f", allowed are {', '.join(keys)}" if keys else ""
+    return names, keys
 
 
 def _keys_of(kind: object) -> Iterator[str]:

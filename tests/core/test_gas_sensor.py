@@ -49,7 +49,7 @@ def _sniff(smells: Records, noses: Records, values: Floats, out: Floats, key: np
 
 
 def sniffed(nose: Nose, values: Floats) -> Sensed:
-    """Return the outputs of a sensor, given the concentration at each decision from the reset on."""
+    """Return the outputs of a sensor for the concentration at each decision from the reset on."""
     out = np.empty((len(Sensed._fields), len(values)))
     _sniff(records(SMELL, 1), as_record(nose), np.asarray(values, float), out, KEY)
     return Sensed(*out)
