@@ -12,6 +12,7 @@ from typer.testing import CliRunner, Result
 
 import hazbot_gym
 from hazbot_gym.cli import app
+from hazbot_gym.evaluation.metrics import GAS_HEADLINE
 from tests.refusals import says
 
 METRICS = {
@@ -170,6 +171,14 @@ def test_eval_prints_json_and_nothing_else(empty_folder: Path) -> None:
     assert set(found["metrics"]) == METRICS
     assert all(isinstance(value, float) for value in found["metrics"].values())
     assert list(empty_folder.iterdir()) == []
+
+
+def test_eval_reports_leaks_where_there_is_gas() -> None:
+    arguments = ("eval", "--policy", "constant:1", "--env", "InspectionEmpty-v1", "--episodes", "6")
+    found = json.loads(hazbot(*arguments, "--json").stdout)["metrics"]
+    assert set(found) == METRICS | set(GAS_HEADLINE)
+    assert 0.0 <= found["leak_found"] <= 1.0
+    assert "false" in hazbot(*arguments).stdout
 
 
 def test_watch_saves_a_picture_and_says_how_the_episode_went(empty_folder: Path) -> None:

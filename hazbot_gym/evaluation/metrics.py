@@ -15,6 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hazbot_gym.core.discomfort import discomfort, facing
+from hazbot_gym.core.gas_sensor import reading_rate
 from hazbot_gym.core.geometry import norm
 from hazbot_gym.core.jit import kernel
 from hazbot_gym.core.proxemics import INTIMATE_M, PERSONAL_M, SOCIAL_M
@@ -39,11 +40,19 @@ HEADLINE = (
     "arrived",
     "return",
 )
+# In environments with gas, after the others.
+GAS_HEADLINE = (
+    "leak_found",
+    "false_alarms",
+    "time_to_alarm_s",
+    "leak_error_m",
+    "leak_error_corrected_m",
+)
 # The one metric of several episodes, not of one: a ratio of two sums.
 PER_KM, CONTACTS, DRIVEN = "contacts_per_km", "contact_robot_caused", "driven_m"
 DEFAULT_SSM = SsmThresholds()
 CALM_TTC_S = 5.0
-INSPECTION_MPS = 0.25
+PATCH_M = 1.0  # length of a patch of gas that an inspection should not miss; our choice
 REVERSAL_MPS2 = 0.1
 HARD_BRAKE = 0.8  # of the drive's deceleration
 ROLLING, GRAVITY_MPS2 = 0.015, 9.81  # rubber on a hard floor
@@ -66,6 +75,7 @@ def measure(episode: Episode, ssm: SsmThresholds = DEFAULT_SSM) -> Row:
         **_energy(episode),
         **_tracking(episode),
         **_reward(episode),
+        **_leak(episode),
         "ssm_profile": ssm.profile(),
     }
 
@@ -136,22 +146,22 @@ def _standing(episode: Episode, c: Floats) -> Row:
     """Measure standing time, needless standing time, distance driven, and the inspected share.
 
     Standing is needless while no person is within 3.6 m and no contact is due within 5 s.
-    ``inspected_share`` is the share of the path driven slowly enough for a gas sensor; the paper's
-    sensor responds within seconds, and half the nominal speed is our choice.
+    ``inspected_share`` is the share of the path driven slowly enough for the gas sensor, at ``v <=
+    l / tau_rise`` with a patch of gas of l = 1 m: the robot then is in the patch for at least one
+    time constant of the sensor's rise, and the response reaches 1 - 1/e = 63 % of its steady value.
     """
     dt, v = np.diff(episode.time_s), np.abs(episode.speed_mps[1:])
     stands = v < MOVING_MPS
     is_clear = c[1:].min(axis=1) >= SOCIAL_M
     is_calm = times_to_collision(episode)[1:].min(axis=1) > CALM_TTC_S
     way_m = v * dt
+    inspects = v <= PATCH_M / episode.sensor_rise_s
     return {
         "stalled_s": float(stands @ dt),
         "stalled_needlessly_s": float((stands & is_clear & is_calm) @ dt),
         "driven_m": float(way_m.sum()),
         "mean_speed_mps": float(v.mean()),
-        "inspected_share": float(way_m[v <= INSPECTION_MPS].sum() / way_m.sum())
-        if way_m.any()
-        else float("nan"),
+        "inspected_share": float(way_m[inspects].sum() / way_m.sum()) if way_m.any() else math.nan,
     }
 
 
@@ -281,6 +291,33 @@ def _reward(episode: Episode) -> Row:
     return {"return": float(episode.rewards.sum()), **terms, "cost": float(episode.costs.sum())}
 
 
+def _leak(episode: Episode) -> Row:
+    """Measure what the gas sensor's alarm told of the leak; nothing without gas.
+
+    The leak is said to be where the filtered reading is largest, and corrected for the sensor's
+    lag, where ``u = r + tau_rise dr/dt`` is largest, the reading that the sensor heads for. The
+    errors are distances from the leak along the path, of leaks found only.
+    """
+    if not len(episode.gas):
+        return {}
+    smell, leak, end = episode.gas["smell"], episode.gas["leak"][-1], episode.gas[-1]
+    is_there, is_found = leak["is_there"] == 1, end["is_reported"] == 1
+    headed_for = smell["smooth"] + episode.sensor_rise_s * reading_rate(smell.view(np.recarray))
+    peaks = np.array([smell["smooth"].argmax(), headed_for.argmax()])
+    error_m, corrected_m = (
+        np.abs(smell["s_m"][peaks] - leak["s_m"]) if is_found else np.full(2, np.nan)
+    ).tolist()
+    alarms = np.flatnonzero(smell["alarm"])
+    return {
+        "leak": int(is_there),
+        "leak_found": float(is_found) if is_there else math.nan,
+        "false_alarms": int(end["false_alarms"]),
+        "time_to_alarm_s": float(episode.time_s[alarms[0]]) if len(alarms) else math.nan,
+        "leak_error_m": error_m,
+        "leak_error_corrected_m": corrected_m,
+    }
+
+
 def _rms(values: Floats) -> float:
     return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
 
@@ -288,16 +325,19 @@ def _rms(values: Floats) -> float:
 def means(rows: Sequence[Row]) -> dict[str, float | None]:
     """Return the headline metrics over rows, None if one is undefined in all rows.
 
+    Those of gas are added if there is gas.
+
     Means over the rows that define them, but ``contacts_per_km``: contacts that the robot caused,
     all together, over the distance driven, all together.
     """
-    names = [*HEADLINE, CONTACTS, DRIVEN]
+    shown = [*HEADLINE, *(GAS_HEADLINE if any("leak" in row for row in rows) else ())]
+    names = [*shown, CONTACTS, DRIVEN]
     names.remove(PER_KM)
-    columns = {name: np.array([row[name] for row in rows], dtype=float) for name in names}
+    columns = {name: np.array([row.get(name, np.nan) for row in rows], float) for name in names}
     found = {
         name: float(column[np.isfinite(column)].mean()) if np.isfinite(column).any() else None
         for name, column in columns.items()
     }
     driven_km = columns[DRIVEN].sum() / 1000.0
     found[PER_KM] = float(columns[CONTACTS].sum() / driven_km) if driven_km > 0.0 else None
-    return {name: found[name] for name in HEADLINE}
+    return {name: found[name] for name in shown}

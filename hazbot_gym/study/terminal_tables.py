@@ -35,10 +35,20 @@ COLUMNS = (
     Column("arrived", "arrived\n%", 100, 0, finer=1),
     Column("return", "return", 1, 0, finer=1),
 )
+# In environments with gas, after the others.
+GAS_COLUMNS = (
+    Column("leak_found", "leaks\nfound\n%", 100, 0, finer=1),
+    Column("false_alarms", "false\nalarms", finer=1),
+    Column("time_to_alarm_s", "time to\nalarm\ns", 1, 1),
+    Column("leak_error_m", "leak\nerror\nm", finer=1),
+    Column("leak_error_corrected_m", "same,\nno lag\nm", finer=1),
+)
 
 
 # Columns dropped on a narrow terminal, in order.
 SPARE = (
+    "leak_error_corrected_m",
+    "time_to_alarm_s",
     "contact_person_caused",
     "discomfort_s",
     "arrived",
@@ -46,6 +56,8 @@ SPARE = (
     "person_delay_s",
     "contacts_per_km",
     "personal_m",
+    "leak_error_m",
+    "false_alarms",
     "delay_s",
 )
 
@@ -66,7 +78,7 @@ def study_tables(summary: Summary, *, is_verbose: bool = False) -> Group:
 
 def set_table(name: str, policies: Mapping[str, OneResult] | SetResults) -> FittedTable:
     """Return the table of one scenario set, one row per policy."""
-    episodes = scenarios_of(policies)
+    episodes, columns = scenarios_of(policies), columns_of(policies)
     table = FittedTable(
         title=f"{name}: {episodes} episode{'s' if episodes > 1 else ''} per policy",
         title_justify="left",
@@ -74,20 +86,27 @@ def set_table(name: str, policies: Mapping[str, OneResult] | SetResults) -> Fitt
         box=SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
         expand=True,
-        spare=[column.title for name in SPARE for column in COLUMNS if column.metric == name],
+        spare=[column.title for name in SPARE for column in columns if column.metric == name],
     )
     table.add_column("policy", overflow="fold", min_width=16)
-    for column in COLUMNS:
+    for column in columns:
         table.add_column(column.title, justify="right", no_wrap=True)
     for policy, result in policies.items():
         # A long name breaks after its colon, since each cell has two lines.
         shown = policy if len(policy) <= 16 else policy.replace(":", ":\n", 1)
-        table.add_row(shown, *_cells(result["metrics"]))
+        table.add_row(shown, *_cells(result["metrics"], columns))
     return table
 
 
-def _cells(metrics: Metrics) -> Iterator[Text]:
-    for column in COLUMNS:
+def columns_of(policies: Mapping[str, OneResult] | SetResults) -> tuple[Column, ...]:
+    """Return the columns of a set: those of gas only if its environment has gas."""
+    leaks = [result["metrics"].get("leak") for result in policies.values()]
+    has_gas = any(leak is not None and leak["mean"] is not None for leak in leaks)
+    return (*COLUMNS, *GAS_COLUMNS) if has_gas else COLUMNS
+
+
+def _cells(metrics: Metrics, columns: tuple[Column, ...]) -> Iterator[Text]:
+    for column in columns:
         estimate = metrics[column.metric]
         mean, low, high = (_number(estimate[end], column) for end in ("mean", "low", "high"))
         yield Text.assemble(

@@ -49,6 +49,7 @@ COLUMNS = {
     "personal_m": ".1f",
     "discomfort_s": ".2f",
 }
+GAS_COLUMNS = {"leak": "d", "leak_found": ".0f", "false_alarms": "d", "time_to_alarm_s": ".1f"}
 
 
 class Show(NamedTuple):
@@ -148,10 +149,11 @@ def save(
 def table(rows: list[Row]) -> FittedTable:
     """Return a table with one row per episode."""
     result = FittedTable(box=None, pad_edge=False)
-    for name in COLUMNS:
+    columns = {**COLUMNS, **GAS_COLUMNS} if any("leak" in row for row in rows) else COLUMNS
+    for name in columns:
         result.add_column(name, justify="left" if name == "outcome" else "right")
     for row in rows:
-        result.add_row(*(format(row[name], form) for name, form in COLUMNS.items()))
+        result.add_row(*(format(row[name], form) for name, form in columns.items()))
     return result
 
 

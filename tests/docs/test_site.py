@@ -181,7 +181,7 @@ def test_search_finds_a_metric(browser: Any, server: str) -> None:
 
 def test_every_metric_is_in_the_glossary() -> None:
     text = (DOCS / "metrics.md").read_text(encoding="utf-8")
-    env = gymnasium.make("hazbot_gym/Corridor-v1", max_episode_steps=3)
+    env = gymnasium.make("hazbot_gym/Inspection-v1", max_episode_steps=3)
     episode, _ = run_episode(env, make_policy("constant:0.5"), seed=0)
     names = {name for name in measure(episode) if not name.startswith("reward_")}
     assert names - set(re.findall(r"`(\w+)`", text)) == set()

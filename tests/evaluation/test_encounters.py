@@ -38,7 +38,7 @@ def drive(people: Any, speed_mps: float = 0.5) -> Episode:
         robot_radius_m=R,
         deceleration_mps2=1.0,
         nominal_mps=0.5,
-        sensor_rise_s=3.44,
+        sensor_rise_s=4.0,
         gas=records(GAS, 0),
     )
 

@@ -1,15 +1,20 @@
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from hazbot_gym.core.discomfort import discomfort
-from hazbot_gym.core.state import GAS, records
+from hazbot_gym.core.state import GAS, Records, records
 from hazbot_gym.evaluation.episode import Episode
 from hazbot_gym.evaluation.metrics import (
+    GAS_HEADLINE,
+    HEADLINE,
     SsmThresholds,
     clearances,
     distances,
+    means,
     measure,
     protective_distance,
 )
@@ -42,7 +47,7 @@ def episode(**changes: object) -> Episode:
         robot_radius_m=R,
         deceleration_mps2=1.0,
         nominal_mps=0.5,
-        sensor_rise_s=3.44,
+        sensor_rise_s=4.0,  # 1 m in 4 s: 0.25 m/s
         gas=records(GAS, 0),
     )
     changed: Episode = plain._replace(**changes)
@@ -253,6 +258,78 @@ def test_standing_is_needless_while_nobody_is_near_or_coming() -> None:
     assert measure(episode(speed_mps=speed, people=coming), SSM)["stalled_needlessly_s"] == 0.0
     assert near["mean_speed_mps"] == pytest.approx(0.7 / 4)
     assert near["inspected_share"] == pytest.approx(0.2 / 0.7)
+
+
+def test_a_robot_inspects_while_it_needs_the_rise_of_the_sensor_for_a_metre() -> None:
+    speed = np.array([0.5, 0.5, 0.1, 0.3, 0.1])
+
+    def share(rise_s: float) -> float:
+        return float(
+            measure(episode(speed_mps=speed, sensor_rise_s=rise_s), SSM)["inspected_share"]
+        )
+
+    assert share(1.0) == 1.0
+    assert share(3.0) == pytest.approx(0.5)  # 0.33 m/s
+    assert share(4.0) == pytest.approx(0.2)
+    assert share(100.0) == 0.0
+
+
+def sniffed(*, is_there: int = 1, is_reported: int = 1, false_alarms: int = 0) -> Records:
+    """Gas of a drive past a leak at 1.0 m; the reading rises steepest at 1.0 m, and peaks at 1.6 m.
+
+    The alarm sounds at the fourth and fifth of five instants.
+    """
+    gas = records(GAS, 5)
+    gas["leak"]["is_there"], gas["leak"]["s_m"] = is_there, 1.0 * is_there
+    gas["smell"]["s_m"] = 0.4, 0.7, 1.0, 1.3, 1.6
+    gas["smell"]["smooth"] = 0.0, 0.2, 0.8, 1.1, 1.2
+    gas["smell"]["smoother"] = 0.0, 0.1, 0.2, 0.8, 1.1
+    gas["smell"]["alarm"] = 0, 0, 0, 1, 1
+    gas["is_reported"][3:], gas["false_alarms"][3:] = is_reported, false_alarms
+    return gas
+
+
+def leak_of(gas: Records) -> dict[str, Any]:
+    row = measure(episode(gas=gas, sensor_rise_s=4.0), SSM)
+    return {name: row[name] for name in ("leak", *GAS_HEADLINE)}
+
+
+def test_a_leak_is_said_to_be_at_the_largest_reading_and_without_lag_at_the_steepest_rise() -> None:
+    assert leak_of(sniffed()) == pytest.approx(
+        {
+            "leak": 1,
+            "leak_found": 1.0,
+            "false_alarms": 0,
+            "time_to_alarm_s": 0.3,
+            "leak_error_m": 0.6,
+            "leak_error_corrected_m": 0.0,
+        }
+    )
+
+
+def test_a_missed_leak_is_nowhere() -> None:
+    missed = leak_of(sniffed(is_reported=0, false_alarms=1))
+    assert (missed["leak_found"], missed["false_alarms"]) == (0.0, 1)
+    assert np.isnan([missed["leak_error_m"], missed["leak_error_corrected_m"]]).all()
+
+
+def test_without_a_leak_none_is_found_or_missed() -> None:
+    silent = sniffed(is_there=0, is_reported=0)
+    silent["smell"]["alarm"] = 0
+    row = leak_of(silent)
+    assert (row["leak"], row["false_alarms"]) == (0, 0)
+    names = ("leak_found", "time_to_alarm_s", "leak_error_m", "leak_error_corrected_m")
+    assert np.isnan([row[name] for name in names]).all()
+
+
+def test_means_have_the_columns_of_gas_only_where_there_is_gas() -> None:
+    dry, found = measure(episode(), SSM), measure(episode(gas=sniffed()), SSM)
+    missed = measure(episode(gas=sniffed(is_reported=0)), SSM)
+    assert tuple(means([dry])) == HEADLINE
+    both = means([found, missed])
+    assert tuple(both) == (*HEADLINE, *GAS_HEADLINE)
+    assert both["leak_found"] == 0.5
+    assert both["leak_error_m"] == pytest.approx(0.6)  # of the leak found
 
 
 def test_changes_of_mind_and_hard_brakes_are_counted_once_each() -> None:

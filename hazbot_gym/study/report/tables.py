@@ -6,19 +6,19 @@ from typing import NamedTuple
 
 from hazbot_gym.study.results import Difference, Interval, SetResults
 from hazbot_gym.study.summary import COMPARED
-from hazbot_gym.study.terminal_tables import COLUMNS, Column
+from hazbot_gym.study.terminal_tables import COLUMNS, GAS_COLUMNS, Column, columns_of
 
-# Terminal columns in the first table; the other one is in the full tables.
-HEADLINE = tuple(column for column in COLUMNS if column.metric != "contact_person_caused")
+ELSEWHERE = "contact_person_caused"  # terminal column that only the full tables have
 # Columns of the tables; the last one is in the differences, where a ratio of sums has no pairs.
 KNOWN = {
     column.metric: column
     for column in (
         *COLUMNS,
+        *GAS_COLUMNS,
         Column("contact_robot_caused", "contacts\nby robot\n%", 100, 0, finer=2),
     )
 }
-MORE_IS_BETTER = ("arrived", "return")
+MORE_IS_BETTER = ("arrived", "leak_found", "return")
 UNKNOWN = "?"
 NAMED = 3  # of dominating policies
 
@@ -47,7 +47,7 @@ class Table(NamedTuple):
 
 def headline(block: SetResults, policies: tuple[str, ...]) -> Table:
     """Return the table of headline metrics, one row per policy."""
-    columns = HEADLINE
+    columns = [column for column in columns_of(block) if column.metric != ELSEWHERE]
     best = {column.metric: _best(block, column) for column in columns}
     lines = [
         Line(
