@@ -13,7 +13,7 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 
 import hazbot_gym
-from hazbot_gym.envs.panel import HEIGHT_PX
+from hazbot_gym.envs.panel import height_px
 from hazbot_gym.envs.registration import ENVIRONMENTS, full_id
 from hazbot_gym.utils import provenance
 
@@ -38,7 +38,8 @@ def drive(env: Any, seed: int, decisions: range | None = None) -> Iterator[float
             people = state.people
             yield float(np.hypot(people["x"] - state.x, people["y"] - state.y).min(initial=np.inf))
         elif decision in decisions:
-            yield Image.fromarray(env.render()[:-HEIGHT_PX])  # without the panel
+            has_gas = env.unwrapped.config.gas is not None
+            yield Image.fromarray(env.render()[: -height_px(has_gas=has_gas)])  # without the panel
 
 
 def animate(name: str, folder: Path) -> None:

@@ -16,6 +16,7 @@ from hazbot_gym.core.place_table import PlaceTable, place_at
 from hazbot_gym.core.state import Floats, Place
 from hazbot_gym.envs.batch_step import Bools, Outputs
 from hazbot_gym.envs.frame import Frame
+from hazbot_gym.envs.plume import gas_frame_of
 from hazbot_gym.envs.viewer import TRAIL_STEPS, castor_of, frame_of
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.batched_worlds import Worlds
@@ -67,7 +68,8 @@ class BatchViewer:
         if self._painter is None:
             from hazbot_gym.envs.rendering import Painter
 
-            self._painter = Painter(self._place(int(worlds.places[0])))
+            place = self._place(int(worlds.places[0]))
+            self._painter = Painter(place, has_gas=self._config.gas is not None)
         return tuple(self._painter.paint(self._frame(i, worlds, float(time_s[i]))) for i in which)
 
     def __getstate__(self) -> dict[str, object]:
@@ -90,6 +92,7 @@ class BatchViewer:
             total_reward=float(self._returns[i]),
             time_s=time_s,
             outcome="" if outcome == RUNNING else OUTCOME_NAMES[outcome],
+            gas=gas_frame_of(self._config, worlds.gas[i : i + 1], int(worlds.keys[i])),
         )
 
     def _place(self, index: int) -> Place:

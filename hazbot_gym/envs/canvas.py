@@ -42,6 +42,7 @@ ECHO: Color = (86, 180, 233)
 SPACE: Color = (206, 96, 72)
 PEOPLE: tuple[Color, ...] = ((230, 159, 0), (0, 158, 115), (170, 51, 119), (213, 94, 0))
 NOBODY: Color = (144, 153, 162)  # a person without one of the four patterns
+GAS: Color = (96, 80, 0)
 
 
 class Canvas:
@@ -87,6 +88,20 @@ class Canvas:
         """Draw the outline of a disc, one pixel wide."""
         center = self._at(np.array([x_m, y_m])).tolist()
         pygame.draw.circle(self._target, color, center, radius_m * self._scale, SMOOTHING)
+
+    def mist(
+        self, left_m: float, top_m: float, cell_m: float, opacity: npt.NDArray[np.uint8],
+        color: Color,
+    ) -> None:  # fmt: skip
+        """Composite one color with the opacity (rows, columns) of square cells, smoothed."""
+        rows, columns = opacity.shape
+        pixels = np.empty((rows, columns, 4), np.uint8)
+        pixels[..., :3], pixels[..., 3] = color, opacity
+        cells = pygame.image.frombuffer(pixels.tobytes(), (columns, rows), "RGBA")
+        cells = cells.convert(self._layer)  # the same format is composited 30 times faster
+        side = cell_m * self._scale
+        smooth = pygame.transform.smoothscale(cells, (round(side * columns), round(side * rows)))
+        self._target.blit(smooth, self._at(np.array([left_m, top_m])).tolist())
 
     # --- in pixels -------------------------------------------------------------------------------
 

@@ -283,7 +283,9 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
     def _show(self, outcome: str) -> None:
         if self.render_mode is not None:
             patterns = self._tracks["pattern"].tolist()
-            self._viewer.see(self._world, self._ranges, patterns, self._terms, outcome)
+            self._viewer.see(
+                self._world, self._ranges, patterns, self._terms, outcome, self._gas, self._key
+            )
 
     def _info(self) -> Info:
         """Return the info of a reset or step, always with the same keys."""

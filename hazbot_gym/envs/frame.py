@@ -11,6 +11,7 @@ from hazbot_gym.core.geometry import path_length, sample_path
 from hazbot_gym.core.sensor_ring import PAPER, Sensors
 from hazbot_gym.core.state import ROBOT_RADIUS_M, Floats, Place, Records
 from hazbot_gym.core.ultrasonic import Ultrasonic
+from hazbot_gym.envs.plume import GasFrame
 
 PX_PER_M = 64.0  # fixed scale for small places, so that robots have equal size
 FARTHEST_PX_PER_M = 48.0  # below this scale, the view follows the robot
@@ -42,6 +43,7 @@ class Frame(NamedTuple):
         total_reward: Return so far.
         time_s: Time since the start of the episode.
         outcome: Outcome of the episode, or "" while it runs.
+        gas: Leak, plume and gas sensor; None without gas.
     """
 
     place: Place
@@ -63,6 +65,7 @@ class Frame(NamedTuple):
     total_reward: float = 0.0
     time_s: float = 0.0
     outcome: str = ""
+    gas: GasFrame | None = None
 
 
 class View(NamedTuple):

@@ -1,15 +1,32 @@
-"""Panel below a scene: time, outcome, speed, legend, and reward terms."""
+"""Panel below a scene: time, outcome, speed, legend, reward terms; with gas, a strip of gas."""
 
 from __future__ import annotations
 
+import numpy as np
+
 from hazbot_gym.core.state import PATTERN_NAMES
-from hazbot_gym.envs.canvas import FAINT, INK, NOBODY, PEOPLE, ROBOT, SOFT, Canvas, Color
+from hazbot_gym.envs.canvas import (
+    FAINT,
+    FLOOR,
+    GAS,
+    INK,
+    NOBODY,
+    PEOPLE,
+    ROBOT,
+    SOFT,
+    Canvas,
+    Color,
+    mixed,
+)
 from hazbot_gym.envs.frame import Frame
-from hazbot_gym.envs.scene import INTIMATE, PERSONAL
+from hazbot_gym.envs.plume import GasFrame
+from hazbot_gym.envs.scene import DIAMOND, INTIMATE, PERSONAL
 
 HEIGHT_PX = 128
+STRIP_PX = 32  # further height with gas
 EDGE_PX = 20.0  # free at both ends
 ROWS_PX = (26.0, 51.0, 76.0, 101.0)  # middle of each row
+STRIP_ROW_PX = 132.0
 SPEED_BAR_PX = 170.0
 LEGEND_PX, LEGEND_COLUMN_PX = 214.0, 132.0
 LABEL_PX, TERM_BAR_PX, VALUE_PX = 80.0, 56.0, 44.0  # parts of a column of reward terms
@@ -17,6 +34,7 @@ TERM_COLUMN_PX = LABEL_PX + TERM_BAR_PX + VALUE_PX + 14.0
 FULL_TERM = 1.0  # weighted term at full scale of its half bar, as at full speed
 PAPER: Color = (255, 255, 255)
 GAIN, LOSS = PEOPLE[1], PEOPLE[3]
+FULL_READING = 2.0  # of the gas sensor, at full length of its bar
 
 
 def draw_panel(canvas: Canvas, frame: Frame, px_per_m: float) -> None:
@@ -26,6 +44,13 @@ def draw_panel(canvas: Canvas, frame: Frame, px_per_m: float) -> None:
     _draw_state(canvas, frame)
     _draw_legend(canvas, px_per_m)
     _draw_reward(canvas, frame)
+    if frame.gas is not None:
+        _draw_gas(canvas, frame.gas)
+
+
+def height_px(*, has_gas: bool) -> int:
+    """Return the height of the panel."""
+    return HEIGHT_PX + STRIP_PX * has_gas
 
 
 def _draw_state(canvas: Canvas, frame: Frame) -> None:
@@ -66,6 +91,27 @@ def _draw_legend(canvas: Canvas, px_per_m: float) -> None:
     canvas.text("1 m", x + px_per_m + 8.0, y)
 
 
+def _draw_gas(canvas: Canvas, gas: GasFrame) -> None:
+    """Show the gas sensor's reading; the notch on the bar is the alarm threshold, 1."""
+    smell, y = gas.record["smell"][0], STRIP_ROW_PX
+    sounds, share = smell["alarm"] == 1, min(max(smell["reading"] / FULL_READING, 0.0), 1.0)
+    canvas.box(EDGE_PX, y - 5.0, SPEED_BAR_PX, 10.0, FAINT, radius=5)
+    if share * SPEED_BAR_PX >= 1.0:
+        length = max(share * SPEED_BAR_PX, 10.0)
+        canvas.box(EDGE_PX, y - 5.0, length, 10.0, LOSS if sounds else GAS, radius=5)
+    canvas.box(EDGE_PX + SPEED_BAR_PX / FULL_READING - 1.5, y - 9.0, 3.0, 18.0, INK, radius=1)
+    canvas.text(f"gas reading {smell['reading']:z.2f}", LEGEND_PX, y)
+    if sounds:
+        canvas.text("ALARM", LEGEND_PX + LEGEND_COLUMN_PX, y, LOSS, size=26)
+    x = LEGEND_PX + 2.0 * LEGEND_COLUMN_PX
+    canvas.dot(x + 6.0, y, 6.0, mixed(GAS, FLOOR, 0.4))
+    x += canvas.text("gas", x + 19.0, y) + 36.0
+    middle = np.array([x + 6.0 - canvas.view.width / 2.0, canvas.view.height / 2.0 - y])
+    for size, color in ((8.0, INK), (5.0, GAS)):
+        canvas.polygon(middle + size * DIAMOND, color)  # the panel has one pixel per metre
+    canvas.text("leak", x + 19.0, y)
+
+
 def _draw_reward(canvas: Canvas, frame: Frame) -> None:
     """Draw a bar for each weighted term of the last decision, gains to the right."""
     for i, (name, value) in enumerate(frame.terms.items()):
@@ -86,7 +132,9 @@ def _draw_reward(canvas: Canvas, frame: Frame) -> None:
 
 
 def _cell(canvas: Canvas, i: int) -> tuple[float, float]:
-    """Return the right end and the middle of a cell of the reward's two columns."""
+    """Return the right end and the middle of a cell of the reward's two columns, and the strip."""
+    if i == 2 * len(ROWS_PX):
+        return canvas.view.width - EDGE_PX, STRIP_ROW_PX
     columns_left = 1 - i // len(ROWS_PX)
     return canvas.view.width - EDGE_PX - TERM_COLUMN_PX * columns_left, ROWS_PX[i % len(ROWS_PX)]
 

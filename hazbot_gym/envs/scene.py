@@ -14,6 +14,7 @@ from hazbot_gym.core.state import PRESENT, Floats, Place, Records
 from hazbot_gym.envs.canvas import (
     ECHO,
     FLOOR,
+    GAS,
     INK,
     NOBODY,
     OUTSIDE,
@@ -29,9 +30,12 @@ from hazbot_gym.envs.canvas import (
     turned,
 )
 from hazbot_gym.envs.frame import Frame
+from hazbot_gym.envs.plume import CELL_M, PlumeGrid
 
 DASH_M = 0.15
 WALL_M = 0.07  # drawn width
+LEAK_M = 0.17  # half the width of its mark
+DIAMOND = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 AHEAD_S = 0.35  # a person's pointer ends at the rim's predicted position
 INTIMATE_ALPHA, PERSONAL_ALPHA, SOCIAL_ALPHA = 62, 28, 60
 INTIMATE, PERSONAL = (mixed(SPACE, FLOOR, a / 255) for a in (INTIMATE_ALPHA, PERSONAL_ALPHA))
@@ -67,6 +71,24 @@ def draw_space(canvas: Canvas, people: Records) -> None:
             for person in people:
                 radius_m = float(person["radius"]) + clearance_m
                 canvas.disc(person["x"], person["y"], radius_m, (*SPACE, alpha))
+
+
+def draw_plume(canvas: Canvas, frame: Frame, grid: PlumeGrid) -> None:
+    """Cloud the floor where there is gas."""
+    assert frame.gas is not None
+    opacity = grid.opacity(frame.gas, frame.time_s)
+    canvas.mist(grid.left_m, grid.top_m, CELL_M, opacity, GAS)
+
+
+def draw_leak(canvas: Canvas, frame: Frame) -> None:
+    """Mark the leak by a diamond."""
+    assert frame.gas is not None
+    leak = frame.gas.record["leak"][0]
+    x_m, y_m, heading_rad, _ = sample_path(frame.place.path, leak["s_m"][None])[0]
+    x_m -= leak["y_m"] * math.sin(heading_rad)
+    y_m += leak["y_m"] * math.cos(heading_rad)
+    for radius_m, color in ((LEAK_M, FLOOR), (LEAK_M - 0.03, INK), (LEAK_M - 0.07, GAS)):
+        canvas.polygon(turned(radius_m * DIAMOND, x_m, y_m, 0.0), color)
 
 
 def draw_trail(canvas: Canvas, frame: Frame) -> None:

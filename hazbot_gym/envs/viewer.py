@@ -12,8 +12,9 @@ import numpy.typing as npt
 from hazbot_gym.config import Config
 from hazbot_gym.core.kinematics import castor_angle
 from hazbot_gym.core.sensor_ring import sensors_of
-from hazbot_gym.core.state import Floats, Place
+from hazbot_gym.core.state import Floats, Place, Records
 from hazbot_gym.envs.frame import Frame
+from hazbot_gym.envs.plume import gas_frame_of
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.world import World
 from hazbot_gym.task.outcome import MOVING_MPS
@@ -51,16 +52,19 @@ class Viewer:
         self._castor_rad = self._total_reward = 0.0
 
     def see(
-        self, world: World, ranges_m: Floats, patterns: list[int], terms: Floats, outcome: str
-    ) -> None:
+        self, world: World, ranges_m: Floats, patterns: list[int], terms: Floats, outcome: str,
+        gas: Records, key: int,
+    ) -> None:  # fmt: skip
         """Record the state after a reset or step, and show it in the mode "human".
 
         Args:
             world: The world.
             ranges_m: (sensors,) ultrasonic readings.
             patterns: The tracked pattern of each person.
-            terms: (7,) unweighted reward terms of the decision.
+            terms: (7,) unweighted reward terms of the decision; with gas (8,).
             outcome: Outcome of the episode, or "" while it runs.
+            gas: (1,) GAS record; (0,) without gas.
+            key: Key of the scenario.
         """
         robot = world.robots[0]
         if abs(robot["v"]) > MOVING_MPS:  # the castor of a standing robot keeps its angle
@@ -81,6 +85,7 @@ class Viewer:
             total_reward=self._total_reward,
             time_s=world.time_s,
             outcome=outcome,
+            gas=gas_frame_of(self._config, gas, key),
         )
         if self._mode == "human":
             self._show()
@@ -116,7 +121,8 @@ class Viewer:
         if self._painter is None:
             from hazbot_gym.envs.rendering import Painter
 
-            self._painter = Painter(self._frame.place)
+            has_gas = self._frame.gas is not None
+            self._painter = Painter(self._frame.place, has_gas=has_gas)
         return self._painter.paint(self._frame)
 
 

@@ -61,14 +61,17 @@ def test_every_world_shows_what_its_single_environment_shows(mode: AutoresetMode
                 assert getattr(frame, name) == pytest.approx(getattr(expected, name), abs=1e-9)
 
 
-def test_pictures_are_those_of_single_environments() -> None:
-    envs, env = CorridorVectorEnv(2, **SHORT), CorridorEnv(**SHORT)
+@pytest.mark.parametrize(
+    ("changes", "height"), [({}, 544), ({"gas": {"leak_share": 1.0}}, 576)], ids=["", "gas"]
+)
+def test_pictures_are_those_of_single_environments(changes: dict[str, Any], height: int) -> None:
+    envs, env = CorridorVectorEnv(2, **SHORT, **changes), CorridorEnv(**SHORT, **changes)
     envs.reset(seed=3), env.reset(seed=3)
     for action in actions(2, 5):
         envs.step(action), env.step(action[0])
     pictures = envs.render()
     assert isinstance(pictures, tuple)
-    assert [picture.shape for picture in pictures] == [(544, 960, 3)] * 2
+    assert [picture.shape for picture in pictures] == [(height, 960, 3)] * 2
     assert pictures[0].dtype == np.uint8
     different = np.mean(np.any(pictures[0] != env.render(), axis=-1))
     assert different < 1e-3  # positions differ in their last bits

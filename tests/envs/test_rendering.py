@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hazbot_gym.config import make_config
 from hazbot_gym.core.sensor_ring import SIX
 from hazbot_gym.core.state import (
     CONFRONTING,
@@ -23,10 +24,12 @@ from hazbot_gym.core.state import (
     Records,
     records,
 )
+from hazbot_gym.core.state import GAS as GAS_RECORD
 from hazbot_gym.envs import canvas
-from hazbot_gym.envs.canvas import FLOOR, INK, NOBODY, OUTSIDE, PEOPLE, Image, mixed
+from hazbot_gym.envs.canvas import FLOOR, GAS, INK, NOBODY, OUTSIDE, PEOPLE, Image, mixed
 from hazbot_gym.envs.frame import Frame, view_of
-from hazbot_gym.envs.panel import HEIGHT_PX
+from hazbot_gym.envs.panel import HEIGHT_PX, STRIP_PX, height_px
+from hazbot_gym.envs.plume import OPAQUE, GasFrame, gas_frame_of
 from hazbot_gym.envs.rendering import Painter, draw
 from hazbot_gym.envs.scene import INTIMATE, PERSONAL
 from hazbot_gym.errors import MissingExtra
@@ -60,7 +63,7 @@ def a_frame(people: Records, pattern: int = CROSSING, **changes: Any) -> Frame:
 
 def color_at(frame: Frame, image: Image, x: float, y: float) -> list[int]:
     height, width, _ = image.shape
-    view = view_of(frame.place, width, height - HEIGHT_PX)
+    view = view_of(frame.place, width, height - height_px(has_gas=frame.gas is not None))
     assert view is not None
     column, row = view.pixels(np.array([x, y]))
     return image[round(row), round(column)].tolist()
@@ -211,9 +214,55 @@ def lab(linear: np.ndarray) -> np.ndarray:
     return np.array([116.0 * f[1] - 16.0, 500.0 * (f[0] - f[1]), 200.0 * (f[1] - f[2])])
 
 
+def gas_frame(*, is_there: int = 1, alarm: int = 0, reading: float = 0.0) -> GasFrame:
+    """A leak at 6 m, 0.5 m left of the path, in a draught along it without meander."""
+    env = make_config(gas={"plume": {"meander_mps": 0.0}})
+    gas = records(GAS_RECORD, 1)
+    leak, smell = gas["leak"], gas["smell"]
+    leak["is_there"], leak["s_m"], leak["y_m"], leak["strength_ppm"] = is_there, 6.0, 0.5, 50.0
+    leak["draught_mps"], leak["left_m"], leak["right_m"] = 0.3, 1.2, 1.2
+    smell["alarm"], smell["reading"] = alarm, reading
+    found = gas_frame_of(env, gas, 1)
+    assert found is not None
+    return found
+
+
+def test_gas_clouds_the_floor_downwind_of_the_leak() -> None:
+    frame = a_frame(records(PERSON, 0), gas=gas_frame(), ranges_m=np.empty(0))
+    image = draw(frame)
+    assert color_at(frame, image, 6.0, 0.5) == list(GAS)  # the mark
+    clear, cloud = (np.array(color_at(frame, image, x, 0.5)) for x in (4.0, 7.0))
+    assert clear.tolist() == list(FLOOR)
+    share = (clear - cloud).sum() / (np.array(FLOOR) - GAS).sum()
+    assert 0.3 < share < OPAQUE / 255  # of the color of gas, more than beside the plume
+    assert color_at(frame, image, 7.0, -0.9) == list(FLOOR)
+
+
+def test_without_a_leak_the_scene_is_that_without_gas() -> None:
+    plain = a_frame(someone(5.0, 0.0))
+    scene = draw(plain)[:-HEIGHT_PX]
+    with_gas = draw(plain._replace(gas=gas_frame(is_there=0)))
+    assert np.array_equal(with_gas[: len(scene)], scene)
+    assert len(with_gas) == len(scene) + height_px(has_gas=True)
+
+
+def test_an_alarm_is_told_by_color_and_by_a_word() -> None:
+    def strip(**state: Any) -> Image:
+        return draw(a_frame(someone(5.0, 0.0), gas=gas_frame(**state)))[-STRIP_PX:]
+
+    quiet, sounding = strip(reading=1.5), strip(reading=1.5, alarm=1)
+    bar, word = slice(20, 190), slice(340, 430)
+    assert (quiet[:, word] == 255).all()
+    assert (sounding[:, word] < 255).any()
+    assert not np.array_equal(quiet[:, bar], sounding[:, bar])
+    length = [(strip(reading=r)[:, bar] == GAS).all(-1).sum() for r in (0.0, 0.5, 1.0, 2.0, 9.0)]
+    assert length[0] == 0
+    assert length[0] < length[1] < length[2] < length[3] == length[4]
+
+
 @pytest.mark.parametrize("vision", VISION)
 def test_colour_blind_people_tell_the_patterns_apart(vision: str) -> None:
-    linear = [(np.array(color) / 255.0) ** 2.2 for color in (*PEOPLE, NOBODY)]
+    linear = [(np.array(color) / 255.0) ** 2.2 for color in (*PEOPLE, NOBODY, GAS)]
     seen = [lab(np.array(VISION[vision]) @ color) for color in linear]
 
     nearest = min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2))
