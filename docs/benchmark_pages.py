@@ -6,6 +6,7 @@ from string import Template
 
 from table_text import markdown_table as table
 
+from hazbot_gym.bench import latency
 from hazbot_gym.bench import report as bench
 from hazbot_gym.bench import training_report as training
 from hazbot_gym.bench.cases import CORRIDOR, batched
@@ -64,6 +65,18 @@ def training_speed(template: str, record: Record, *, name: str) -> str:
         episodes=record["episodes"],
         goals=table(training.GOALS, list(training.goal_rows(record))),
         runs=table(training.run_titles(record), list(training.run_rows(record))),
+    )
+
+
+def robot(template: str, record: Record, *, name: str) -> str:
+    """Return the page on robots; arguments as for ``performance``."""
+    return Template(template).substitute(
+        record["machine"],
+        record=name,
+        load=shown(record["load_before"]),
+        steps=f"{record['steps']:,}",
+        people=record["people"],
+        latency=table(latency.TITLES, latency.rows(record)),
     )
 
 

@@ -92,6 +92,7 @@ def python(*arguments: str) -> subprocess.CompletedProcess[str]:
         ("report /no/such/folder", "/no/such/folder"),
         ("bench --json no/such/folder/bench.json", "bench.json"),
         ("bench --json .", "folder"),
+        ("bench --latency --training run.yaml", "latency ... training"),
         ("bench --json /proc/bench.json", "/proc/bench.json"),
         ("headroom --episodes 1000000000000", "--episodes"),
         ("tune --policy ttc --out .", "folder"),

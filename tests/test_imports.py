@@ -21,7 +21,7 @@ BELOW = {
     "__init__": ("envs", "training", "evaluation", "runtime", "policies", "task", "config"),
     "__main__": ("cli",),
     "cli": ("bench", "paper", "viewer", "calibration", "study", *MIDDLE),
-    "bench": ("study", *MIDDLE),
+    "bench": ("study", "runtime", *MIDDLE),
     "paper": ("evaluation", "policies", *ENGINES),
     "study": MIDDLE,
     # A view: it reads records, and neither computes statistics nor simulates.

@@ -1,1 +1,1 @@
-"""Benchmarks: steps per second beside CartPole-v1, and training speed."""
+"""Benchmarks: steps per second beside CartPole-v1, training speed, latency on a robot."""

@@ -9,6 +9,7 @@ import typer
 
 from hazbot_gym.cli.application import app
 from hazbot_gym.cli.shared import JsonFile, check_file, write_record
+from hazbot_gym.errors import InvalidInput
 from hazbot_gym.utils import terminal
 
 
@@ -31,9 +32,17 @@ def bench(
     training: Annotated[
         list[Path] | None, typer.Option(help="Training file to measure instead. Repeatable.")
     ] = None,
+    latency: Annotated[
+        bool, typer.Option("--latency", help="Measure the answers of SpeedController instead.")
+    ] = False,
 ) -> None:
-    """Measure steps per second, and CartPole-v1's in the same run, or the speed of training."""
+    """Measure steps per second beside CartPole-v1's, or the speed of training, or latency."""
     check_file(json_file)
+    if training and latency:
+        raise InvalidInput("latency: given with training, allowed is one of them")
+    if latency:
+        _bench_latency(json_file, is_quick=quick)
+        return
     if training:
         _bench_training(training, json_file, seeds=1 if quick else None)
         return
@@ -52,3 +61,11 @@ def _bench_training(paths: list[Path], json_file: Path | None, *, seeds: int | N
     record = bench_training.bench_training(paths, seeds=seeds or bench_training.SEEDS)
     write_record(json_file, record)
     terminal.output_console().print(training_report.table(record))
+
+
+def _bench_latency(json_file: Path | None, *, is_quick: bool) -> None:
+    from hazbot_gym.bench import latency
+
+    record = latency.bench_latency(latency.QUICK_STEPS if is_quick else latency.STEPS)
+    write_record(json_file, record)
+    terminal.output_console().print(latency.table(record))

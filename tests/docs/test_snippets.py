@@ -16,7 +16,6 @@ PAGES = (
     "docs/own_reward.md",
     "docs/sensor_ring.md",
     "docs/curriculum.md",
-    "docs/robot.md",
     "docs/clients.md",
 )
 SNIPPETS = [
