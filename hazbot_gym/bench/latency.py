@@ -86,7 +86,13 @@ def measure(policy: str, tier: str, steps: int) -> Record:
 def draw(rng: np.random.Generator, sensors: int) -> dict[str, Any]:
     """Return random readings of a robot among people."""
     people = [
-        Person(*rng.uniform(-5.0, 5.0, 2), *rng.uniform(-1.5, 1.5, 2), track=k)
+        Person(
+            x_m=rng.uniform(-5.0, 5.0),
+            y_m=rng.uniform(-5.0, 5.0),
+            vx_mps=rng.uniform(-1.5, 1.5),
+            vy_mps=rng.uniform(-1.5, 1.5),
+            track=k,
+        )
         for k in range(rng.integers(MOST_PEOPLE + 1))
     ]
     return {
