@@ -121,7 +121,8 @@ def tune(
 @app.command()
 def headroom(
     env: Annotated[
-        list[str] | None, typer.Option(help="Environment, e.g. Crossing-v1; all if not given.")
+        list[str] | None,
+        typer.Option(help="Environment, e.g. Crossing-v1; all without gas if not given."),
     ] = None,
     episodes: Annotated[
         int, typer.Option(help="Scenarios per environment.", min=1, max=100_000)
@@ -150,15 +151,16 @@ def headroom(
     from hazbot_gym.evaluation.oracle.trajectory_search import Effort
 
     check_file(json_file)
-    known = room.environments()
-    chosen = [full_id(each).rpartition("/")[2] for each in env or known]
+    known = [*room.environments(), *room.environments(has_gas=True)]
+    chosen = [full_id(each).rpartition("/")[2] for each in env or room.environments()]
     unknown = [name for name in chosen if name not in known]
     if unknown:
         raise InvalidInput(f"env: given {unknown[0]!r}, allowed are {', '.join(known)}")
-    others = [family for family in rule or () if family not in room.RULES]
+    families = room.GAS_RULES if room.has_gas(chosen) else room.RULES
+    others = [family for family in rule or () if family not in families]
     if others:
-        raise InvalidInput(f"rule: given {others[0]!r}, allowed are {', '.join(room.RULES)}")
-    rules, overrides = tuple(rule or room.RULES), overrides_of(change, None)
+        raise InvalidInput(f"rule: given {others[0]!r}, allowed are {', '.join(families)}")
+    rules, overrides = tuple(rule or families), overrides_of(change, None)
     size = room.Size(episodes, tuning, Effort(rounds=rounds), rules)
     for name in chosen:
         room.headroom_config(name, overrides, is_scripted=is_scripted)

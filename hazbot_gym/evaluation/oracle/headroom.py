@@ -48,6 +48,17 @@ RULES = (
     "stop_on_sight", "hall_steps", "social_force", "ssm:mode=strict", "ssm:mode=directional", "ttc",
     "passive_safety", "idm", "velocity_obstacle", "mpc", EXPERT,
 )  # fmt: skip
+# In environments with gas: rules about gas at two slow speeds, alone and beside rules about people
+GAS_RULES = (
+    "constant", EXPERT, "idm", "velocity_obstacle",
+    *(
+        f"{rule}:slow={slow:g},people={people}"
+        for people in ("none", EXPERT, "idm", "velocity_obstacle")
+        for rule in ("slow_on_rise", "undo_lag")
+        for slow in (0.05, 0.2)
+    ),
+)  # fmt: skip
+SLOW_STARTS = ("constant:fraction=0.4", "constant:fraction=0.2")  # of the search for leaks
 FRACTIONS, STOPS_M = (1.0, 0.8, 0.6, 0.4), (0.0, 0.3, 0.5, 0.8, 1.2, 2.0)  # grid of the zero
 EXPERT_AT_MOST, RULE_AT_MOST = 0.70, 0.85  # of the span, in an environment with headroom
 LEVELS_OF_PAPER = ("stop", "25 %", "50 %", "75 %", "100 %")  # speed levels of the paper
@@ -108,9 +119,28 @@ class Size(NamedTuple):
     rules: tuple[str, ...] = RULES  # families to compare
 
 
-def environments() -> list[str]:
-    """Return the environments with simulated people."""
-    return [name for name, (_, preset) in ENVIRONMENTS.items() if "model" not in _people(preset)]
+def environments(*, has_gas: bool = False) -> list[str]:
+    """Return the environments with simulated people, those with gas or those without."""
+    return [
+        name
+        for name, (_, preset) in ENVIRONMENTS.items()
+        if "model" not in _people(preset) and ("gas" in preset) == has_gas
+    ]
+
+
+def has_gas(names: Sequence[str]) -> bool:
+    """Return whether environments have gas; their rules, and so their records, differ.
+
+    Raises:
+        InvalidInput: Some have gas and some have none.
+    """
+    some = [name for name in names if name in environments(has_gas=True)]
+    if some and len(some) < len(names):
+        raise InvalidInput(
+            f"env: given {', '.join(names)}, allowed are environments with gas "
+            f"({', '.join(environments(has_gas=True))}) or without, each with rules of its own"
+        )
+    return bool(some)
 
 
 def headroom_config(
@@ -175,6 +205,8 @@ def headroom(
     zero, expert, full_speed = _zero(test), play(test, EXPERT), play(test, FULL_SPEED)
     played = {family: play(test, _tuned(tuning, family)) for family in size.rules}
     starts = [zero, expert, full_speed, *played.values()]
+    if config.gas is not None:
+        starts += [play(test, spec) for spec in SLOW_STARTS]
     found = best_drives(test, starts, size.effort, on_progress)
     top = np.array([each.value for each in found])
     halfway = np.array([each.halfway for each in found])
@@ -254,7 +286,18 @@ def _row(played: Played) -> JsonObject:
         "arrived": float(np.mean([each["arrived"] for each in measured])),
         "contacts": played.contacts,
         **{unit: float(np.nanmean([each[unit] for each in measured])) for unit in UNITS},
+        **_survey(played.episodes),
     }
+
+
+def _survey(episodes: Sequence[Episode]) -> JsonObject:
+    """Return the share of leaks found and the false alarms of a drive, with gas only."""
+    ends = [episode.gas[-1] for episode in episodes if len(episode.gas)]
+    found = [end["is_reported"] for end in ends if end["leak"]["is_there"]]
+    if not found:
+        return {}
+    false_alarms = [end["false_alarms"] for end in ends]
+    return {"leak_found": float(np.mean(found)), "false_alarms": float(np.mean(false_alarms))}
 
 
 def _zero(test: Scenarios) -> Played:
