@@ -41,6 +41,7 @@ def with_people(count: int) -> JsonObject:
 
 # Ablations on one thread: the differences give the time of each part.
 ONE_THREAD = f"{batched(1024, 4)}, 1 thread"
+WITH_GAS = f"{ONE_THREAD}, gas"
 WITHOUT_PEOPLE = f"{batched(1024, 0)}, 1 thread"
 WITHOUT_WHEELS = f"{WITHOUT_PEOPLE}, ideal wheels"
 IDEAL_WHEELS = {"wheel_loop": "ideal", "wheel_noise_radps": 0.0, "heading_noise_rad": 0.0}
@@ -152,6 +153,7 @@ def make_cases(spread: int) -> tuple[dict[str, Case], list[str]]:
             cases[batched(worlds, people)] = CorridorStepper(worlds, people, spread=spread)
     one_thread = CorridorStepper(1024, 4, spread=spread, threads=1)
     cases[ONE_THREAD] = one_thread
+    cases[WITH_GAS] = CorridorStepper(1024, 4, spread=spread, threads=1, gas={})
     cases[WITHOUT_PEOPLE] = CorridorStepper(1024, 0, spread=spread, threads=1)
     cases[WITHOUT_WHEELS] = CorridorStepper(1024, 0, spread=spread, threads=1, drive=IDEAL_WHEELS)
     cases |= dict(_policies(one_thread))

@@ -17,6 +17,7 @@ from hazbot_gym.bench.cases import (
     ONE_THREAD,
     PEOPLE,
     SHIPPED,
+    WITH_GAS,
     WITHOUT_PEOPLE,
     WITHOUT_WHEELS,
     WORLDS,
@@ -60,6 +61,7 @@ def record(monkeypatch: pytest.MonkeyPatch, timed: Callable[..., Timed]) -> dict
     sizes = {CARTPOLE: 1, CARTPOLES: 1024, CORRIDOR: 1}
     sizes |= {batched(worlds, people): worlds for worlds in WORLDS for people in PEOPLE}
     sizes |= {asking(SHIPPED): 2048, ONE_THREAD: 100, WITHOUT_PEOPLE: 200, WITHOUT_WHEELS: 500}
+    sizes[WITH_GAS] = 80
     cases = {name: timed(size) for name, size in sizes.items()}
     monkeypatch.setattr(bench, "make_cases", lambda spread: (cases, ["SB3 adapter left out"]))
     monkeypatch.setattr(once, "first_episode_s", lambda engine, environment: 1.25)
