@@ -125,6 +125,8 @@ def test_nothing_given_is_the_default() -> None:
         ({"gas": {"strength_ppm": [5.0, 1.0]}}, "gas ... strength_ppm ... (5.0, 1.0) ... exceed"),
         ({"gas": {"draught_mps": [0.5, 0.2]}}, "gas ... draught_mps ... (0.5, 0.2) ... exceed"),
         ({"gas": {"draught_mps": [0.0, 0.2]}}, "gas.draught_mps.0 ... 0.0 ... greater than 0"),
+        ({"gas": {"draught_mps": [0.2, 10.5]}}, "gas.draught_mps.1 ... 10.5 ... 10"),
+        ({"gas": {"plume": {"sigma0_m": 1e-6}}}, "gas.plume.sigma0_m ... 1e-06 ... 0.001"),
         ({"gas": {"plume": {"sigma_m": 1.0}}}, "gas.plume.sigma_m ... unknown ... sigma0_m"),
         ({"gas": {"sensor": "TGS1"}}, "gas.sensor ... 'TGS1' ... 'TGS2611', 'TGS2620'"),
         ({"gas": {"sensor": {"rise_s": 1.0}}}, "gas.sensor.decay_s ... required"),

@@ -65,6 +65,12 @@ CONFIG = {
         "ultrasonic": {"noise_m": 0.0},
         "tracker": {"range_m": 8.0, "latency_steps": 2},
     },
+    "gas": {
+        "sensor": {"rise_s": 1.0, "decay_s": 4.0, "half_ppm": 5.0, "exponent": 0.5},
+        "leak_share": 1.0,
+        "strength_ppm": [5.0, 50.0],
+        "plume": {"meander_s": 20.0},
+    },
     "reward": {"progress": 1.0},
 }
 STUDY = {

@@ -40,6 +40,7 @@ MOST_PHYSICS_STEPS = 1000  # of a decision
 Count = Annotated[int, Ge(0), Le(MOST_PEOPLE)]
 Weight = Annotated[float, Ge(0)]
 Positive = Annotated[float, Gt(0)]
+Draught = Annotated[float, Gt(0), Le(10)]
 Weights = Annotated[tuple[Weight, Weight, Weight, Weight], Loose]
 Reactions = Annotated[tuple[Reaction, Reaction, Reaction, Reaction], Loose]
 
@@ -190,7 +191,7 @@ class Gas(Section):
     leak_share: Annotated[float, Ge(0), Le(1)] = 0.7  # share of episodes with a leak
     # Lowest and highest, our choice: from leaks that are missed to leaks that no one misses
     strength_ppm: Annotated[tuple[Positive, Positive], Loose] = (5.0, 50.0)  # 1 m downwind
-    draught_mps: Annotated[tuple[Positive, Positive], Loose] = (0.2, 0.5)  # in either direction
+    draught_mps: Annotated[tuple[Draught, Draught], Loose] = (0.2, 0.5)  # in either direction
     plume: Plume = Plume()
 
     @model_validator(mode="after")

@@ -45,7 +45,7 @@ class Plume(NamedTuple):
     """Dispersion of gas; the filaments' numbers are those of open simulators (GADEN)."""
 
     filaments_per_s: Annotated[float, Gt(0)] = 10.0
-    sigma0_m: Annotated[float, Gt(0)] = 0.1  # sigma_0, of a fresh filament
+    sigma0_m: Annotated[float, Ge(0.001)] = 0.1  # sigma_0, of a fresh filament
     growth_m2ps: Annotated[float, Ge(0)] = 0.001  # gamma
     mixing_m2ps: Annotated[float, Ge(0)] = 0.003  # D, of the filaments' centers; our choice
     meander_mps: Annotated[float, Ge(0)] = 0.15  # root mean square of v; our choice

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
+from hazbot_gym.task.reward import SURVEY_TERM
 
 IDS = [f"{NAMESPACE}/{name}" for name in ENVIRONMENTS]
 STEPS = 100_000 // len(IDS)
@@ -106,6 +107,30 @@ sensors = st.fixed_dictionaries(
         ),
     },
 )
+sizes = st.sampled_from([1e-12, 1e-3, 1.0, 1e9])
+gases = st.fixed_dictionaries(
+    {"leak_share": st.just(1.0)},
+    optional={
+        "sensor": st.sampled_from(["TGS2611", "TGS2620", "TGS2600"])
+        | st.fixed_dictionaries(
+            {"rise_s": sizes, "decay_s": sizes, "half_ppm": sizes, "exponent": numbers(0.1, 2.0)},
+            optional={"noise": sizes, "false_alarms_per_h": numbers(0.01, 3600.0)},
+        ),
+        "strength_ppm": st.tuples(sizes, st.just(1e9)).map(list),
+        "draught_mps": st.tuples(st.sampled_from([1e-12, 0.1]), numbers(0.1, 10.0)).map(list),
+        "plume": st.fixed_dictionaries(
+            {},
+            optional={
+                "filaments_per_s": sizes,
+                "sigma0_m": numbers(0.001, 1.0),
+                "growth_m2ps": sizes | st.just(0.0),
+                "mixing_m2ps": sizes | st.just(0.0),
+                "meander_mps": sizes | st.just(0.0),
+                "meander_s": sizes,
+            },
+        ),
+    },
+)
 configs = st.fixed_dictionaries(
     {"place": st.sampled_from(["corridor", "intersection", "doorway", "circle", "aisle", "open"])},
     optional={
@@ -117,6 +142,7 @@ configs = st.fixed_dictionaries(
         "drive": drives,
         "people": people,
         "sensors": sensors,
+        "gas": gases,
     },
 )
 
@@ -168,7 +194,10 @@ def test_any_config_gives_numbers_inside_the_spaces(config: dict[str, Any], seed
         observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
         observations.append(observation)
         rewards.append(float(reward))
-        assert all(0.0 <= value <= 1.0 for value in info["reward_terms"].values())
+        terms = dict(info["reward_terms"])
+        assert -1.0 <= terms.pop(SURVEY_TERM, 0.0) <= 1.0
+        assert all(0.0 <= value <= 1.0 for value in terms.values())
+        assert np.isfinite([*info.get("gas", {}).values()]).all()
         if terminated or truncated:
             observations.append(env.reset()[0])
     check(env, observations, rewards)
