@@ -1,0 +1,54 @@
+"""Random actors of every kind, as files."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hazbot_gym.policies.actor import Actor, Normalisation
+from hazbot_gym.policies.actor_file import describe, write
+from hazbot_gym.policies.layer import Layer
+from hazbot_gym.policies.lstm import Lstm
+
+
+@pytest.fixture
+def spec_of(tmp_path: Path) -> Callable[..., str]:
+    """Return a function that writes a random actor and returns its spec."""
+
+    def written(
+        *, tier: str = "sonar", activation: str = "tanh", head: str = "clipped",
+        lstm: int = 0, normalised: bool = False, residual: Any = None,
+    ) -> str:  # fmt: skip
+        rng = np.random.default_rng(7)
+        width = {"sonar": 12, "tracks": 48}[tier]
+
+        def layer(inputs: int, outputs: int) -> Layer:
+            weight = rng.normal(size=(inputs, outputs)) / np.sqrt(inputs)
+            return Layer(weight.astype(np.float32), rng.normal(size=outputs).astype(np.float32))
+
+        sizes = (lstm or width, 10, 7, 5 if head == "levels" else 1)
+        actor = Actor(
+            tuple(layer(*pair) for pair in itertools.pairwise(sizes)),
+            activation,
+            head,
+            Normalisation(
+                rng.normal(size=width).astype(np.float32),
+                rng.uniform(0.1, 2.0, width).astype(np.float32),
+                clip=1.5,
+                epsilon=1e-8,
+            )
+            if normalised
+            else None,
+            Lstm(layer(width + lstm, 4 * lstm)) if lstm else None,
+        )
+        file = tmp_path / "actor.npz"
+        with file.open("wb") as opened:
+            write(describe(actor, algorithm="PPO", tier=tier, residual=residual), opened)
+        return f"learned:path={file}"
+
+    return written
