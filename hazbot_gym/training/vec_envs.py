@@ -53,6 +53,9 @@ def make_envs(config: TrainConfig) -> VecEnvWrapper:
         )
     make = _batched if config.engine == "batched" else _pymunk
     sizes, configs = split(config.worlds, len(config.env)), config.environments()
+    if len({each.gas is None for each in configs}) > 1:
+        given = ", ".join(config.env)
+        raise InvalidInput(f"env: given {given}, allowed are environments all with gas, or none")
     parts = [make(*each, config.threads) for each in zip(configs, sizes, strict=True)]
     envs: VecEnvWrapper = EpisodeMonitor(CombinedEnvs(parts, configs))
     if config.shaping == "free_drive":

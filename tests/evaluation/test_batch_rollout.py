@@ -7,9 +7,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hazbot_gym.core.state import GAS
 from hazbot_gym.evaluation import batch_rollout
 from hazbot_gym.evaluation.batch_rollout import run_episodes
-from hazbot_gym.evaluation.rollout import Shard, evaluate, resolve, run_shard
+from hazbot_gym.evaluation.rollout import (
+    Shard,
+    evaluate,
+    make_env,
+    resolve,
+    run_episode,
+    run_shard,
+)
 from hazbot_gym.evaluation.scenario_set import DEFAULT_SETS, ScenarioSet
 from hazbot_gym.policies.constant import Constant
 from tests.refusals import refused
@@ -17,6 +25,9 @@ from tests.refusals import refused
 REPLAYS = tuple(
     ScenarioSet(name=model, env="hazbot_gym/Replay-v1", overrides={"people": {"model": model}})
     for model in ("replay", "seeded")
+)
+INSPECTION = ScenarioSet(
+    name="inspection", env="hazbot_gym/Inspection-v1", overrides={"gas": {"leak_share": 1.0}}
 )
 
 
@@ -68,7 +79,9 @@ def mine(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("policy", ["fuzzy_expert", "constant:1.0"])
-@pytest.mark.parametrize("scenarios", [*DEFAULT_SETS[::2], *REPLAYS], ids=lambda s: s.name)
+@pytest.mark.parametrize(
+    "scenarios", [*DEFAULT_SETS[::2], *REPLAYS, INSPECTION], ids=lambda s: s.name
+)
 def test_both_engines_give_the_same_rows(scenarios: ScenarioSet, policy: str) -> None:
     shard = Shard(policy, scenarios, first=2, episodes=3, seed=7)
     batched = run_shard(shard, threads=2)
@@ -110,6 +123,31 @@ def test_an_episode_ends_where_its_own_world_does() -> None:
         np.testing.assert_allclose(np.diff(episode.time_s), 0.1)
         assert set(labels) == {"scenario_key", "place", "scenario_hash"}
     assert len(lengths) > 1
+
+
+def test_gas_of_an_episode_is_that_of_every_instant_in_both_engines() -> None:
+    sensor = {"rise_s": 1.25, "decay_s": 4.0, "half_ppm": 5.0, "exponent": 0.5}
+    scenarios = INSPECTION.model_copy(
+        update={"overrides": {"gas": {"leak_share": 1.0, "sensor": sensor}}}
+    )
+    config, limit = resolve(scenarios)
+    runs = run_episodes(config, Constant(0.8), [3, 4], limit=limit, threads=1)
+    env = make_env(scenarios)
+    for (batched, _), seed in zip(runs, (3, 4), strict=True):
+        alone, _ = run_episode(env, Constant(0.8), seed=seed)
+        assert len(alone.gas) == len(batched.gas) == len(alone.time_s) == len(batched.time_s)
+        assert alone.sensor_rise_s == batched.sensor_rise_s == 1.25
+        for part in ("leak", "smell"):
+            for name in GAS[part].names or ():
+                mine, other = batched.gas[part][name], alone.gas[part][name]
+                np.testing.assert_allclose(mine, other, atol=1e-6, err_msg=name)
+        assert np.ptp(alone.gas["smell"]["reading"]) > 0.1
+
+
+def test_an_episode_without_gas_has_none() -> None:
+    config, limit = resolve(DEFAULT_SETS[0])
+    for episode, _ in run_episodes(config, Constant(1.0), [1], limit=limit, threads=1):
+        assert len(episode.gas) == 0
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -7,8 +8,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from hazbot_gym.config import make_config
 from hazbot_gym.core.geometry import straight_path
-from hazbot_gym.core.sensor_ring import RINGS, RangeSensor, Ring
+from hazbot_gym.core.sensor_ring import GAS_ENTRIES, RINGS, RangeSensor, Ring
 from hazbot_gym.core.state import (
     CONFRONTING,
     CROSSING,
@@ -21,14 +23,17 @@ from hazbot_gym.core.state import (
     Records,
     records,
 )
+from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.observation import (
     GAS_FIELDS,
+    KNOWN,
     LAYOUTS,
     PERSON_FIELDS,
     PERSON_SLOTS,
     TIERS,
     Layout,
     layout_for,
+    layout_in,
     layout_of,
     markdown_table,
     observe_kernel,
@@ -203,7 +208,7 @@ def test_gas_sensor_stands_before_people_and_moves_nothing_else(tier: str) -> No
     gas = smelling(reading=9.0, smooth=0.6, smoother=0.4, since_peak_s=3.0, has_sounded=1)
     fields = with_gas.decode(observation_of(tracks=people, gas=gas, layout=with_gas))
 
-    assert with_gas.names[12:16] == tuple(field.name for field in GAS_FIELDS)
+    assert with_gas.names[12 : 12 + GAS_ENTRIES] == tuple(field.name for field in GAS_FIELDS)
     smelt = {"gas_reading": 0.6, "gas_rate_per_s": 0.2, "gas_since_peak_s": 3.0, "gas_alarmed": 1.0}
     assert {name: fields.pop(name) for name in smelt} == pytest.approx(smelt)
     assert fields == LAYOUTS[tier].decode(observation_of(tracks=people, layout=LAYOUTS[tier]))
@@ -277,6 +282,24 @@ def test_layout_of_a_ring_of_ones_own_is_asked_for_by_the_ring() -> None:
 @pytest.mark.parametrize("shape", [(12,), (7, 12), (14,), (48,), (2, 3, 48), (50,), (16,), (3, 52)])
 def test_layout_is_told_by_the_last_axis(shape: tuple[int, ...]) -> None:
     assert layout_of(np.zeros(shape)).width == shape[-1]
+
+
+def test_no_two_rings_of_a_config_have_observations_of_one_size_but_other_fields() -> None:
+    """A policy knows nothing of an observation but its size."""
+    known: dict[int, Any] = {}
+    for count, has_gas, tier in itertools.product(range(1, 17), (False, True), ("sonar", "tracks")):
+        sensors = [{"name": f"s{i}", "angle_rad": 0.1 * i} for i in range(count)]
+        ring = {4: "paper", 6: "six"}.get(count, sensors)
+        try:
+            config = make_config(tier=tier, sensors={"ring": ring}, gas={} if has_gas else None)
+        except InvalidInput:
+            assert count in (2, 8, 10)
+            continue
+        layout = layout_in(config)
+        if layout.width in KNOWN:
+            assert layout.names == KNOWN[layout.width].names
+            known[layout.width] = layout
+    assert set(known) == set(KNOWN)
 
 
 @pytest.mark.parametrize("shape", [(), (13,), (48, 1)])

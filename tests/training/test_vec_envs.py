@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from hazbot_gym.envs.corridor import CorridorEnv
+from hazbot_gym.task.reward import SURVEY
 from hazbot_gym.training.config import TrainConfig
 from hazbot_gym.training.vec_envs import make_envs
 from tests.refusals import refused
@@ -59,6 +60,31 @@ def test_every_world_does_and_sums_up_what_its_single_environment_does(
             assert observations[i] == pytest.approx(observation, abs=1e-6)
     assert ends > WORLDS
     envs.close()
+
+
+@pytest.mark.parametrize("engine", ["batched", "pymunk"])
+def test_episodes_in_gas_sum_up_the_survey(engine: str) -> None:
+    gas = {"leak_share": 1.0, "strength_ppm": [200.0, 200.0]}
+    envs = made(engine=engine, overrides={**LIVELY, "gas": gas})
+    envs.seed(6)
+    envs.reset()
+    sums, ends = np.zeros(WORLDS), []
+    for action in actions():
+        *_, dones, infos = envs.step(action)
+        sums += envs.unwrapped.terms[:, SURVEY]
+        for i in np.flatnonzero(dones):
+            survey = infos[i]["episode"]["survey"]
+            assert survey == pytest.approx(sums[i])
+            assert (survey > 0.0) == (infos[i]["gas"]["reported"] == 1)
+            ends.append(survey)
+        sums[dones] = 0.0
+    assert {1.0, -1.0} <= set(ends)
+    envs.close()
+
+
+def test_environments_with_and_without_gas_do_not_share_the_worlds() -> None:
+    with refused("env ... Corridor-v1 ... Inspection-v1 ... gas"):
+        made(env=["hazbot_gym/Corridor-v1", "hazbot_gym/Inspection-v1"], overrides={})
 
 
 def test_different_environments_share_the_worlds() -> None:
