@@ -6,6 +6,7 @@ from string import Template
 
 from table_text import markdown_table as table
 
+from hazbot_gym.bench import export as exports
 from hazbot_gym.bench import latency
 from hazbot_gym.bench import report as bench
 from hazbot_gym.bench import training_report as training
@@ -77,6 +78,17 @@ def robot(template: str, record: Record, *, name: str) -> str:
         steps=f"{record['steps']:,}",
         people=record["people"],
         latency=table(latency.TITLES, latency.rows(record)),
+    )
+
+
+def export(template: str, record: Record, *, name: str) -> str:
+    """Return the page on exports; arguments as for ``performance``."""
+    return Template(template).substitute(
+        record,
+        record=name,
+        emulator=record["emulator"].partition(" (")[0].replace("emulator version ", ""),
+        equality=table(exports.EQUAL, exports.equality_rows(record)),
+        sizes=table(exports.SIZES, exports.size_rows(record)),
     )
 
 

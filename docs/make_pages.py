@@ -59,6 +59,7 @@ PAGES = (
     Page("encounters", benchmark_pages.encounters, RECORDS / "encounters.json"),
     Page("training", benchmark_pages.training_speed, RECORDS / "training.json"),
     Page("robot", benchmark_pages.robot, RECORDS / "latency.json"),
+    Page("export", benchmark_pages.export, RECORDS / "export.json"),
     Page("study", study_report.page, STUDY),
     Page("study_tables", study_report.page, STUDY),
     Page("paper", paper_page.page, PAPER, {"calibration": CALIBRATION}),

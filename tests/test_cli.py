@@ -98,6 +98,7 @@ def python(*arguments: str) -> subprocess.CompletedProcess[str]:
         ("bench --json no/such/folder/bench.json", "bench.json"),
         ("bench --json .", "folder"),
         ("bench --latency --training run.yaml", "latency ... training"),
+        ("bench --latency --export", "export ... latency"),
         ("bench --json /proc/bench.json", "/proc/bench.json"),
         ("headroom --episodes 1000000000000", "--episodes"),
         ("tune --policy ttc --out .", "folder"),

@@ -83,3 +83,10 @@ def test_installed_wheel_runs_an_episode(bin_folder: Path, tmp_path: Path) -> No
 
     assert Path(place).is_relative_to(bin_folder.parent)
     assert outcome in {"arrived", "contact_person", "contact_wall", "timeout"}
+
+
+def test_installed_wheel_exports_c(bin_folder: Path, tmp_path: Path) -> None:
+    command = ("export", "--policy", "fuzzy_expert", "--format", "c", "--out", tmp_path / "there")
+    run(bin_folder / "hazbot", *command, cwd=tmp_path)
+
+    assert (tmp_path / "there" / "hazbot_policy.c").is_file()

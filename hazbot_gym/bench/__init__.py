@@ -1,1 +1,1 @@
-"""Benchmarks: steps per second beside CartPole-v1, training speed, latency on a robot."""
+"""Benchmarks: steps per second beside CartPole-v1, training speed, latency, exports."""

@@ -35,11 +35,18 @@ def bench(
     latency: Annotated[
         bool, typer.Option("--latency", help="Measure the answers of SpeedController instead.")
     ] = False,
+    export: Annotated[
+        bool, typer.Option("--export", help="Measure exports on an emulated Cortex-M3 instead.")
+    ] = False,
 ) -> None:
-    """Measure steps per second beside CartPole-v1's, or the speed of training, or latency."""
+    """Measure steps per second beside CartPole-v1's, or one of training, latency, exports."""
     check_file(json_file)
-    if training and latency:
-        raise InvalidInput("latency: given with training, allowed is one of them")
+    given = {"training": training, "latency": latency, "export": export}
+    if len(asked := [name for name, value in given.items() if value]) > 1:
+        raise InvalidInput(f"{asked[1]}: given with {asked[0]}, allowed is one of them")
+    if export:
+        _bench_export(json_file)
+        return
     if latency:
         _bench_latency(json_file, is_quick=quick)
         return
@@ -69,3 +76,12 @@ def _bench_latency(json_file: Path | None, *, is_quick: bool) -> None:
     record = latency.bench_latency(latency.QUICK_STEPS if is_quick else latency.STEPS)
     write_record(json_file, record)
     terminal.output_console().print(latency.table(record))
+
+
+def _bench_export(json_file: Path | None) -> None:
+    from hazbot_gym.bench import export
+
+    record = export.bench_export()
+    write_record(json_file, record)
+    for table in export.tables(record):
+        terminal.output_console().print(table)
