@@ -31,6 +31,7 @@ from hazbot_gym.envs.canvas import (
 )
 from hazbot_gym.envs.frame import Frame
 from hazbot_gym.envs.plume import CELL_M, PlumeGrid
+from hazbot_gym.task.leak import leak_point
 
 DASH_M = 0.15
 WALL_M = 0.07  # drawn width
@@ -83,10 +84,7 @@ def draw_plume(canvas: Canvas, frame: Frame, grid: PlumeGrid) -> None:
 def draw_leak(canvas: Canvas, frame: Frame) -> None:
     """Mark the leak by a diamond."""
     assert frame.gas is not None
-    leak = frame.gas.record["leak"][0]
-    x_m, y_m, heading_rad, _ = sample_path(frame.place.path, leak["s_m"][None])[0]
-    x_m -= leak["y_m"] * math.sin(heading_rad)
-    y_m += leak["y_m"] * math.cos(heading_rad)
+    x_m, y_m = leak_point(frame.place, frame.gas.record)
     for radius_m, color in ((LEAK_M, FLOOR), (LEAK_M - 0.03, INK), (LEAK_M - 0.07, GAS)):
         canvas.polygon(turned(radius_m * DIAMOND, x_m, y_m, 0.0), color)
 

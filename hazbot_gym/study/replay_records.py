@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 BEST = ""  # reserved name: the oracle's drive of a scenario
 MOST_CELLS = 50_000_000  # 2 GB; a full study has a tenth of it
 SERIES = ("speed_mps", "distance_m", "earned")  # columns with a number per instant
+GAS_SERIES = ("reading", "alarm")  # the same, empty without gas
 _KEYS = ("scenario_set", "beside_best", "episode")
 
 
@@ -48,6 +49,8 @@ class Drive(NamedTuple):
         earned: Cumulated reward, 0 at the start.
         ranges_m: (T, sensors) readings of the sonar that the policy had at each decision, to the
             centimetre.
+        reading: (T + 1,) of the gas sensor, in units of the alarm threshold; (0,) without gas.
+        alarm: (T + 1,) 1 while its alarm sounds; (0,) without gas.
         contact: (2,) point where the robot touched a person or wall [m], or (0,).
         is_recorded: Whether it reproduced the episode's recorded metrics. A stochastic policy may
             not.
@@ -59,6 +62,8 @@ class Drive(NamedTuple):
     distance_m: Floats
     earned: Floats
     ranges_m: Floats
+    reading: Floats
+    alarm: Floats
     people: Floats
     contact: Floats
     outcome: str
@@ -75,6 +80,7 @@ class Replay(NamedTuple):
         walls: (W, 4) ends of the walls [m].
         path: (n, 2) points of the robot's path [m].
         sonar: Geometry of the sensors.
+        leak: (2,) position of the gas leak [m]; (0,) without one.
         runs: The drive of each policy, by name.
         best: The oracle's drive, if the study has one for this scenario.
     """
@@ -84,6 +90,7 @@ class Replay(NamedTuple):
     walls: Floats
     path: Floats
     sonar: Sonar
+    leak: Floats
     runs: dict[str, Drive]
     best: Drive | None = None
 
@@ -144,6 +151,7 @@ def _rows(name: str, replay: Replay) -> Iterator[dict[str, object]]:
             "walls": _flat(replay.walls),
             "path": _flat(replay.path),
             "sonar": _flat(np.hstack(replay.sonar)),
+            "leak": _flat(replay.leak),
             **_columns(drive),
         }
 
@@ -151,7 +159,7 @@ def _rows(name: str, replay: Replay) -> Iterator[dict[str, object]]:
 def _columns(drive: Drive) -> dict[str, object]:
     instants, persons = np.nonzero(np.isfinite(drive.people[..., 0]))
     return {
-        **{name: _flat(getattr(drive, name)) for name in ("time_s", "pose", *SERIES)},
+        **{name: _flat(getattr(drive, name)) for name in ("time_s", "pose", *SERIES, *GAS_SERIES)},
         "instants": instants.astype(np.int32),  # instant of each sighting,
         "persons": persons.astype(np.int32),  # person,
         "people": _flat(drive.people[instants, persons]),  # position
@@ -172,6 +180,7 @@ def _replay(rows: list[JsonObject]) -> Replay:
         walls=_shaped(rows[0]["walls"], 4),
         path=_shaped(rows[0]["path"], 2),
         sonar=sonar,
+        leak=np.asarray(rows[0]["leak"], float),
         best=drives.pop(BEST, None),
         runs=drives,
     )
@@ -190,7 +199,7 @@ def _drive(row: JsonObject, sensors: int) -> Drive:
     return Drive(
         time_s=time_s,
         pose=_shaped(row["pose"], 3),
-        **{name: np.asarray(row[name], float) for name in SERIES},
+        **{name: np.asarray(row[name], float) for name in (*SERIES, *GAS_SERIES)},
         ranges_m=_shaped(row["ranges_cm"], sensors) / 100.0,
         people=stacked,
         contact=np.asarray(row["contact"], float),

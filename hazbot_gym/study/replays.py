@@ -31,6 +31,7 @@ from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.headline import headline_sets
 from hazbot_gym.study.replay_policies import Heard, Listener, SideBySide
 from hazbot_gym.study.replay_records import Drive, Replay, Replays, Sonar, rows_of
+from hazbot_gym.task.leak import leak_point
 from hazbot_gym.task.observation import layout_in
 from hazbot_gym.task.outcome import CONTACT_PERSON, CONTACT_WALL, OUTCOME_NAMES
 from hazbot_gym.task.scenario import ScenarioSampler
@@ -206,7 +207,8 @@ def replay(
     again = _run(study, scenarios, policies, [int(row["seed"]) for row in lead], threads)
     config, _ = resolve(scenarios)
     source = ScenarioSampler(config)
-    places = [source.draw(int(row["scenario_key"])).place for row in lead]
+    drawn = [source.draw(int(row["scenario_key"])) for row in lead]
+    places = [scenario.place for scenario in drawn]
     walls = {
         number: np.array(place.walls) for number, place in zip(choice.episodes, places, strict=True)
     }
@@ -221,8 +223,17 @@ def replay(
         best = _best_drive(choice.best, scenarios, next(iter(walls.values())))
     sonar = sonar_of(config)
     return [
-        Replay(number, why, walls[number], path_points(place), sonar, runs[number], best)
-        for (number, why), place in zip(choice.episodes.items(), places, strict=True)
+        Replay(
+            number,
+            why,
+            walls[number],
+            path_points(each.place),
+            sonar,
+            leak_point(each.place, each.gas),
+            runs[number],
+            best,
+        )
+        for (number, why), each in zip(choice.episodes.items(), drawn, strict=True)
     ]
 
 
@@ -245,6 +256,8 @@ def drive_of(
         distance_m=np.append(0.0, np.cumsum(steps_m)),
         earned=np.append(0.0, np.cumsum(episode.rewards)),
         ranges_m=ranges_m,
+        reading=episode.gas["smell"]["reading"],
+        alarm=episode.gas["smell"]["alarm"].astype(float),
         people=episode.people,
         contact=contact_of(episode, walls),
         outcome=episode.outcome,

@@ -41,7 +41,7 @@ GAS_COLUMNS = (
     Column("false_alarms", "false\nalarms", finer=1),
     Column("time_to_alarm_s", "time to\nalarm\ns", 1, 1),
     Column("leak_error_m", "leak\nerror\nm", finer=1),
-    Column("leak_error_corrected_m", "same,\nno lag\nm", finer=1),
+    Column("leak_error_corrected_m", "leak\nerror, no\nlag, m", finer=1),
 )
 
 

@@ -127,6 +127,14 @@ def leak_of(table: GasTable, place: int, path: Records, key: int) -> Records:
     return gas
 
 
+def leak_point(place: Place, gas: Records) -> Floats:
+    """Return the position (2,) of the leak of a record (1,) [m], (0,) without one."""
+    leaks = gas["leak"][gas["leak"]["is_there"] == 1]
+    x, y, heading, _ = sample_path(place.path, leaks["s_m"]).T
+    aside = leaks["y_m"]
+    return np.concatenate([x - aside * np.sin(heading), y + aside * np.cos(heading)])
+
+
 def gas_info(gas: Records) -> dict[str, Any]:
     """Return the gas in infos, by name, arrays (N,); 0 for a leak that is not there."""
     leak, smell = gas["leak"], gas["smell"]

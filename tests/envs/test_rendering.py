@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from hazbot_gym.config import make_config
+from hazbot_gym.core.geometry import sample_path
 from hazbot_gym.core.sensor_ring import SIX
 from hazbot_gym.core.state import (
     CONFRONTING,
@@ -33,6 +34,7 @@ from hazbot_gym.envs.plume import OPAQUE, GasFrame, gas_frame_of
 from hazbot_gym.envs.rendering import Painter, draw
 from hazbot_gym.envs.scene import INTIMATE, PERSONAL
 from hazbot_gym.errors import MissingExtra
+from hazbot_gym.task.leak import leak_point
 from hazbot_gym.task.places import PLACES, load_place
 from tests.refusals import refused
 
@@ -236,6 +238,15 @@ def test_gas_clouds_the_floor_downwind_of_the_leak() -> None:
     share = (clear - cloud).sum() / (np.array(FLOOR) - GAS).sum()
     assert 0.3 < share < OPAQUE / 255  # of the color of gas, more than beside the plume
     assert color_at(frame, image, 7.0, -0.9) == list(FLOOR)
+
+
+def test_a_leak_lies_beside_the_path_also_on_a_curve() -> None:
+    place, gas = load_place("circle"), gas_frame().record
+    x_m, y_m = leak_point(place, gas)
+    beside_x, beside_y, heading_rad, _ = sample_path(place.path, np.array([6.0]))[0]
+    offset = np.array([x_m - beside_x, y_m - beside_y])
+    assert offset @ [np.cos(heading_rad), np.sin(heading_rad)] == pytest.approx(0.0, abs=1e-9)
+    assert offset @ [-np.sin(heading_rad), np.cos(heading_rad)] == pytest.approx(0.5)
 
 
 def test_without_a_leak_the_scene_is_that_without_gas() -> None:

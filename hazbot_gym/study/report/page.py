@@ -174,6 +174,12 @@ def make_page(study: Study) -> str:
                 name: maps.picture(some, config.reference_policy) for name, some in replays.items()
             },
             replays=player.pack(replays),
+            has_gas=any(
+                len(run.alarm)
+                for some in replays.values()
+                for each in some
+                for run in each.runs.values()
+            ),
             sessions=study.sessions,
             trainings=study.trainings,
             **make_tables(study, blocks),

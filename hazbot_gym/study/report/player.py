@@ -10,7 +10,7 @@ import numpy.typing as npt
 from hazbot_gym.core.proxemics import INTIMATE_M, PERSONAL_M, SOCIAL_M
 from hazbot_gym.core.state import PERSON_RADIUS_M, ROBOT_RADIUS_M, Floats
 from hazbot_gym.evaluation.episode import VX, VY, X, Y
-from hazbot_gym.study.replay_records import Drive, Replay
+from hazbot_gym.study.replay_records import GAS_SERIES, Drive, Replay
 from hazbot_gym.study.report.maps import positions, view
 from hazbot_gym.study.report.packing import packed_json
 
@@ -47,6 +47,7 @@ def _replay(replay: Replay) -> dict[str, object]:
             "axes": replay.sonar.axes_rad.round(4).tolist(),
             "half_cones": replay.sonar.half_cones_rad.round(4).tolist(),
         },
+        **({"leak": _whole(100 * replay.leak).tolist()} if len(replay.leak) else {}),
         "runs": {
             policy: _run(episode, low - SOCIAL_M, high + SOCIAL_M)
             for policy, episode in replay.runs.items()
@@ -69,6 +70,7 @@ def _run(episode: Drive, low: Floats, high: Floats) -> dict[str, object]:
         "speed": steps(1000 * episode.speed_mps),
         "earned": steps(100 * episode.earned),
         "sonar": [steps(100 / SONAR_CM * ranges_m) for ranges_m in episode.ranges_m.T],
+        **{name: steps(100 * getattr(episode, name)) for name in GAS_SERIES if len(episode.alarm)},
         "contact": _whole(100 * episode.contact).tolist(),
         "people": [
             [steps(columns[:, slot, column]) for column in range(columns.shape[2])]

@@ -70,6 +70,25 @@ def test_a_ring_of_any_size_is_read_and_packed(replays: list[Replay]) -> None:
     assert len(packed["runs"]["a"]["sonar"]) == len(packed["sonar"]["half_cones"]) == 7
 
 
+def test_gas_is_read_and_packed_where_there_is_gas(replays: list[Replay]) -> None:
+    dry = replays[0].runs["fuzzy_expert"]
+    reading = np.linspace(-0.5, 2.0, len(dry.time_s))
+    wet = dry._replace(reading=reading, alarm=(reading > 1.0).astype(float))
+    leaky = replays[0]._replace(leak=np.array([3.0, -0.5]), runs={"a": wet})
+    kept = [replays[0], leaky._replace(number=replays[0].number + 10_000)]
+    plain, again = from_rows(pd.DataFrame(list(rows_of(Replays({"x": kept}, {}))))).chosen["x"]
+    assert (len(plain.leak), len(plain.runs["fuzzy_expert"].reading)) == (0, 0)
+    assert again.leak == pytest.approx([3.0, -0.5])
+    np.testing.assert_allclose(again.runs["a"].reading, reading, atol=1e-6)
+    content = json.loads(zlib.decompress(base64.b64decode(player.pack({"x": [plain, again]}))))
+    without, packed = content["sets"]["x"]
+    assert "leak" not in without
+    assert not {"reading", "alarm"} & set(without["runs"]["fuzzy_expert"])
+    assert packed["leak"] == [300, -50]
+    np.testing.assert_allclose(np.cumsum(packed["runs"]["a"]["reading"]), 100 * reading, atol=0.5)
+    assert np.cumsum(packed["runs"]["a"]["alarm"]).tolist() == (100 * wet.alarm).tolist()
+
+
 def test_a_drive_without_people_is_read_as_one(replays: list[Replay]) -> None:
     run = replays[0].runs["fuzzy_expert"]
     alone = run._replace(people=np.empty((len(run.time_s), 0, 5)))

@@ -19,7 +19,8 @@
   const strips = [
     { canvas: document.getElementById("speed"), title: "speed [m/s]", unit: 1e-3, values: (run) => run.speed },
     { canvas: document.getElementById("earned"), title: "cumulative reward", unit: 1e-2, values: (run) => run.earned },
-  ];
+    { canvas: document.getElementById("reading"), title: "gas reading, alarm from 1", unit: 1e-2, values: (run) => run.reading, mark: 1 },
+  ].filter(({ canvas }) => canvas);
   const panels = [...player.querySelectorAll(".panel")].map((panel) => ({
     select: panel.querySelector("select"),
     canvas: panel.querySelector("canvas"),
@@ -89,6 +90,7 @@
     drawBeams(context, run, index, panel);
     drawPlace(context, scale);
     drawTrail(context, run, index, panel);
+    if (replay().leak) drawLeak(context, ...replay().leak);
     people.forEach((person) => drawPerson(context, person));
     drawRobot(context, run, index, panel);
     if (run.contact.length) drawCross(context, ...run.contact, Math.max(14, 6 / scale), isUnderWay(run));
@@ -182,7 +184,31 @@
   function drawTrail(context, run, index, panel) {
     const [x, y] = [numbers(run.x), numbers(run.y)];
     const points = x.slice(0, Math.floor(index) + 1).map((value, i) => [value, y[i]]);
+    if (run.reading) drawSniffed(context, run, points);
     line(context, points, `${colorOf(panel)}66`, 5);
+  }
+
+  /** Cloud the trail by the reading of the gas sensor, and show where its alarm sounded. */
+  function drawSniffed(context, run, points) {
+    const [readings, alarms] = [numbers(run.reading), numbers(run.alarm)];
+    points.slice(1).forEach((point, i) => {
+      const near = readings.slice(Math.max(i - 4, 0), i + 7); // their mean has less noise
+      const reading = Math.max(near.reduce((sum, each) => sum + each, 0) / near.length / 100, 0);
+      const gas = `rgba(${dark.matches ? "214, 196, 120" : "96, 80, 0"}, ${(reading / (1 + reading)).toFixed(2)})`;
+      line(context, [points[i], point], alarms[i + 1] ? paint("--alarm") : gas, 22);
+    });
+  }
+
+  /** Draw the gas leak as a diamond. */
+  function drawLeak(context, x, y) {
+    context.beginPath();
+    for (const [dx, dy] of [[16, 0], [0, 16], [-16, 0], [0, -16]]) context.lineTo(x + dx, y + dy);
+    context.closePath();
+    context.fillStyle = "#605000";
+    context.fill();
+    context.strokeStyle = paint("--ink");
+    context.lineWidth = 4;
+    context.stroke();
   }
 
   function drawPerson(context, [x, y, heading]) {
@@ -229,14 +255,16 @@
     return power * [5, 2, 1].find((factor) => factor * power * 2.5 <= extent);
   }
 
-  /** Draw a quantity of both drives over time, in its unit. */
-  function drawStrip({ canvas, title, unit, values }) {
+  /** Draw a quantity of both drives over time, in its unit; a mark is an alarm threshold. */
+  function drawStrip({ canvas, title, unit, values, mark }) {
+    canvas.hidden = !values(runOf(panels[0]));
+    if (canvas.hidden) return;
     const [width, height, left, top, base] = [canvas.clientWidth, 150, 44, 24, 122];
     const context = begin(canvas, width, height);
     const runs = panels.map(runOf);
     const all = runs.flatMap((run) => numbers(values(run)));
     const low = Math.min(0, ...all) * unit;
-    const high = Math.max(0.1, Math.max(...all) * unit);
+    const high = Math.max(1.2 * (mark ?? 0), 0.1, Math.max(...all) * unit);
     const px = (seconds) => left + (seconds / horizon()) * (width - left - 8);
     const py = (value) => base - ((value - low) / (high - low)) * (base - top);
     const step = spacing(high - low);
@@ -252,9 +280,15 @@
     context.fillText("s", width - 8, base + 20);
     context.textAlign = "left";
     context.fillText(title, 0, 12);
+    if (mark) line(context, [[left, py(mark)], [width - 8, py(mark)]], paint("--alarm"), 1, [4, 4]);
     panels.forEach((panel, i) => {
       const points = numbers(values(runs[i])).map((value, k) => [px(k * runs[i].dt_s), py(value * unit)]);
       line(context, points, colorOf(panel), 2, dashOf(panel));
+      if (mark) {
+        numbers(runs[i].alarm).forEach((sounds, k) => {
+          if (sounds && k) line(context, points.slice(k - 1, k + 1), paint("--alarm"), 5);
+        });
+      }
       const [end] = points.slice(-1);
       if (runs[i].contact.length) drawCross(context, ...end, 6, isUnderWay(runs[i]));
     });
@@ -269,7 +303,9 @@
     panels.forEach((panel) => {
       const run = runOf(panel);
       const speed = at(run.speed, Math.min(time / run.dt_s, run.speed.length - 1), 1000) / 1000;
-      panel.end.textContent = isUnderWay(run) ? `${Math.abs(speed).toFixed(2)} m/s` : run.end;
+      const sounds = run.alarm && at(run.alarm, Math.floor(Math.min(time / run.dt_s, run.x.length - 1)), 0);
+      const now = `${Math.abs(speed).toFixed(2)} m/s${sounds ? ", ALARM" : ""}`;
+      panel.end.textContent = isUnderWay(run) ? now : run.end;
     });
   }
 
