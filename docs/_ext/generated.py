@@ -12,7 +12,7 @@ import io
 import re
 import textwrap
 import tokenize
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 import animations
@@ -22,13 +22,15 @@ import typer
 from sphinx.application import Sphinx
 
 from hazbot_gym.cli import app as commands
-from hazbot_gym.config import SCENARIOS, Config, RewardWeights, make_config
+from hazbot_gym.config import SCENARIOS, Clock, Config, RewardWeights, make_config
+from hazbot_gym.core.gas_sensor import GAS_SENSORS, threshold_of
 from hazbot_gym.core.state import REACTION_NAMES
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.registration import ENVIRONMENTS, full_id
+from hazbot_gym.evaluation.metrics import PATCH_M
 from hazbot_gym.policies.base import REGISTER
 from hazbot_gym.task import reward
-from hazbot_gym.task.observation import markdown_table
+from hazbot_gym.task.observation import GAS_FIELDS, markdown_table
 from hazbot_gym.utils.files import read_json
 
 LINE = re.compile(r"<!-- made: (\w+)((?: [\w.:-]+)*) -->")
@@ -58,6 +60,9 @@ def environment_sections() -> str:
         ]
         if config.people.model == "social_force":
             rows.insert(3, ("people who do not yield", _unyielding(config)))
+        if config.gas is not None:
+            share = f"{config.gas.leak_share:.0%}".replace("%", " %")
+            rows.append(("[gas](gas.md)", f"a leak in {share} of episodes"))
         table = "\n".join(f"| {what} | {value} |" for what, value in rows)
         sections.append(
             f"({_anchor(name)})=\n### {name}\n\n{sentence}\n\n| | |\n|---|---|\n{table}\n\n"
@@ -97,6 +102,37 @@ def observation_table() -> str:
     """Return the field table of the tiers ``tracks`` and ``privileged``."""
     # Numbers stay with their units: "2 rad/s" is not broken.
     return re.sub(r"(?<=\| )([\d.]+) (\S+)(?= \|)", "\\1\u00a0\\2", markdown_table("tracks"))
+
+
+def gas_fields() -> str:
+    """Return the field table of the gas sensor."""
+    lines = [
+        f"| `{each.name}` | {each.low:g} to {each.high:g} | {each.unit} | {each.meaning} |"
+        for each in GAS_FIELDS
+    ]
+    return "\n".join(["| observation | range | unit | meaning |", "|---|---|---|---|", *lines])
+
+
+def gas_sensors() -> str:
+    """Return the table of gas sensors, with what follows from their numbers."""
+    lines = []
+    for name, each in GAS_SENSORS.items():
+        threshold = threshold_of(each, Clock().decision_s)
+        ppm = each.half_ppm * ((1.0 + threshold) ** (1.0 / each.exponent) - 1.0)
+        numbers = (each.rise_s, each.decay_s, each.half_ppm, each.exponent, each.noise)
+        cells = [f"`{name}`", *(f"{value:g}" for value in numbers)]
+        cells += [f"{each.false_alarms_per_h:g}", f"{threshold:.3f}", f"{ppm:.2g}"]
+        lines.append(f"| {' | '.join(cells)} | {PATCH_M / each.rise_s:.2f} |")
+    head = (
+        "| sensor | $\\tau_\\mathrm{rise}$ [s] | $\\tau_\\mathrm{decay}$ [s] | $c_0$ [ppm] | $b$ | "
+        "$\\sigma$ | false alarms per hour | $T$ | alarm from [ppm] | inspects at [m/s] |"
+    )
+    return "\n".join([head, "|---" + "|---:" * 9 + "|", *lines])
+
+
+def animation(name: str, *words: str) -> str:
+    """Return an animation that is not of an id, described in some words."""
+    return animations.html(name, " ".join(words))
 
 
 def reward_table() -> str:
@@ -154,10 +190,12 @@ def policy_classes() -> str:
 
 def fields(*classes: str) -> str:
     """Return tables of the fields of config classes: type, default, and the comment beside each."""
-    return "\n\n".join(_fields_of(each) for each in classes)
+    names = {each.partition(":")[2] for each in classes}
+    return "\n\n".join(_fields_of(each, names) for each in classes)
 
 
-def _fields_of(path: str) -> str:
+def _fields_of(path: str, names: Collection[str]) -> str:
+    """Return the table of a class; ``names`` are the classes that have one."""
     module_name, _, name = path.partition(":")
     kind = getattr(importlib.import_module(module_name), name)
     source = textwrap.dedent(inspect.getsource(kind))
@@ -173,7 +211,7 @@ def _fields_of(path: str) -> str:
             about = " ".join(filter(None, near))
             rows.append((item.target.id, _plain_type(item.annotation), default, about))
     lines = [
-        f"| `{field}` | {_cell(kind_)} | {_default(default)} | {_text(about)} |"
+        f"| `{field}` | {_cell(kind_)} | {_default(default, kind_, names)} | {_text(about)} |"
         for field, kind_, default, about in rows
     ]
     head = ["| field | type | default | meaning |", "|---|---|---|---|"]
@@ -219,10 +257,18 @@ def _text(comment: str) -> str:
     return comment.replace("|", "\\|")
 
 
-def _default(code: str) -> str:
-    """Return a default for a cell; one that is another section is a link to it."""
-    section = re.fullmatch(r"(\w+)\(\)", code)
-    return f"[{section[1]}](#config-{section[1].lower()})" if section else _cell(code)
+def _default(code: str, kind_: str, names: Collection[str]) -> str:
+    """Return a default for a cell; one that is another section, or may be one, is a link to it."""
+    if section := re.fullmatch(r"(\w+)\(\)", code):
+        return _link(section[1])
+    optional = kind_.removesuffix(" | None")
+    return (
+        f"`None`, or {_link(optional)}" if optional != kind_ and optional in names else _cell(code)
+    )
+
+
+def _link(section: str) -> str:
+    return f"[{section}](#config-{section.lower()})"
 
 
 def _cell(code: str) -> str:
@@ -268,6 +314,9 @@ MAKERS: dict[str, Callable[..., str]] = {
         environment_sections,
         environment_text,
         observation_table,
+        gas_fields,
+        gas_sensors,
+        animation,
         reward_table,
         scenario_list,
         shipped_table,

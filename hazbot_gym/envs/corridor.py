@@ -61,7 +61,8 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
     ## Observation Space
 
     ``Box`` of float32. Values are divided by the scale in the unit column. The tier ``sonar`` has
-    only the fields without the prefix ``person``.
+    only the fields without the prefix ``person``. With gas, the four fields of the gas sensor
+    (``task/observation.py``) come before those of people.
 
     {observation_table}
 
@@ -76,7 +77,8 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
 
     A weighted sum of the terms in ``info["reward_terms"]`` (``task/reward.py``); the weights are
     ``config.reward``. ``info["cost"]`` is the safety cost for constrained learning: the intrusion
-    term, plus 1 for a robot-caused contact.
+    term, plus 1 for a robot-caused contact. With gas there is one more term, ``survey``: leaks
+    reported and missed, and false alarms.
 
     ## Starting State
 
@@ -90,8 +92,10 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
     ``contact_person``, ``contact_wall`` or ``timeout`` at the end. With a contact,
     ``info["contact_caused_by"]`` is ``robot`` or ``person`` instead of ``nobody``, and
     ``info["contact_speed_mps"]`` is the relative speed instead of 0. The keys of ``info`` and their
-    types are the same after every reset and step. The horizon is ``config.max_episode_steps``, at
-    most 100,000; ``gymnasium.make(id, max_episode_steps=n)`` sets it, too.
+    types are the same after every reset and step. With gas, ``info["gas"]`` has the true
+    concentration, reading and alarm, leak and distance, and what was reported. The horizon is
+    ``config.max_episode_steps``, at most 100,000; ``gymnasium.make(id, max_episode_steps=n)`` sets
+    it, too.
 
     ## Arguments
 

@@ -15,6 +15,8 @@ PAGES = (
     "docs/own_policy.md",
     "docs/own_reward.md",
     "docs/sensor_ring.md",
+    "docs/gas.md",
+    "docs/gas_sensor.md",
     "docs/curriculum.md",
     "docs/clients.md",
 )
