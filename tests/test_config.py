@@ -9,7 +9,7 @@ import pytest
 import yaml
 from pydantic import ValidationError
 
-from hazbot_gym.config import SCENARIOS, Clock, Config, make_config
+from hazbot_gym.config import SCENARIOS, Clock, Config, Gas, make_config
 from hazbot_gym.core.pid import PLANTS
 from tests.refusals import refused
 
@@ -27,6 +27,18 @@ EIGHT = ring(**{f"s{i}": 0.1 * i for i in range(8)})
 
 def test_nothing_given_is_the_default() -> None:
     assert make_config() == make_config({}) == make_config(Config()) == Config()
+
+
+@pytest.mark.parametrize(
+    ("text", "has_gas"),
+    [("tier: sonar", False), ("gas:", False), ("gas: null", False), ("gas: {}", True)],
+)
+def test_gas_is_on_where_its_section_is_given_even_if_empty(
+    text: str, has_gas: bool, tmp_path: Path
+) -> None:
+    file = tmp_path / "config.yaml"
+    file.write_text(text)
+    assert make_config(file).gas == (Gas() if has_gas else None)
 
 
 @pytest.mark.parametrize(
