@@ -300,7 +300,11 @@ RICH = make_config(
         "ultrasonic": {"cross_talk": 0.1, "range_m": 3.0, "miss_angle_rad": 1.05},
         "tracker": {"dropout": 0.1, "latency_steps": 1, "moving_mps": 1.2},
     },
-    gas={"sensor": GAS_SENSORS["TGS2611"]._asdict(), "strength_ppm": [20.0, 100.0]},
+    gas={
+        "sensor": GAS_SENSORS["TGS2611"]._asdict(),
+        "leak_share": 0.6,
+        "strength_ppm": [20.0, 100.0],
+    },
 )
 HANDFUL = [
     "gas.strength_ppm.0",
