@@ -50,14 +50,15 @@ RULES = (
 )  # fmt: skip
 # In environments with gas: rules about gas at two slow speeds, alone and beside rules about people
 GAS_RULES = (
-    "constant", EXPERT, "idm", "velocity_obstacle",
+    EXPERT,
+    "idm",
     *(
         f"{rule}:slow={slow:g},people={people}"
-        for people in ("none", EXPERT, "idm", "velocity_obstacle")
+        for people in ("none", EXPERT, "idm")
         for rule in ("slow_on_rise", "undo_lag")
         for slow in (0.05, 0.2)
     ),
-)  # fmt: skip
+)
 SLOW_STARTS = ("constant:fraction=0.4", "constant:fraction=0.2")  # of the search for leaks
 FRACTIONS, STOPS_M = (1.0, 0.8, 0.6, 0.4), (0.0, 0.3, 0.5, 0.8, 1.2, 2.0)  # grid of the zero
 EXPERT_AT_MOST, RULE_AT_MOST = 0.70, 0.85  # of the span, in an environment with headroom
@@ -202,7 +203,8 @@ def headroom(
     config = headroom_config(name, overrides, is_scripted=is_scripted)
     tuning = Scenarios(config, [TUNED_FROM + i for i in range(size.tuning)])
     test = Scenarios(config, list(range(size.episodes)))
-    zero, expert, full_speed = _zero(test), play(test, EXPERT), play(test, FULL_SPEED)
+    zero = play(test, _zero(tuning).spec) if config.gas is not None else _zero(test)
+    expert, full_speed = play(test, EXPERT), play(test, FULL_SPEED)
     played = {family: play(test, _tuned(tuning, family)) for family in size.rules}
     starts = [zero, expert, full_speed, *played.values()]
     if config.gas is not None:
@@ -304,6 +306,8 @@ def _zero(test: Scenarios) -> Played:
     """Return the best constant speed with a protective stop that makes no contact there.
 
     It is chosen in hindsight, on the scenarios of the evaluation, which makes the span shorter.
+    With gas, where chance decides on each leak, the best of many would be a lucky one, and it is
+    chosen on the scenarios for tuning.
     """
     played = [
         play(test, f"stop_when_near:fraction={fraction:g},stop_m={stop_m:g}")
