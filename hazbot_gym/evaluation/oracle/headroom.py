@@ -66,6 +66,7 @@ LEVELS_OF_PAPER = ("stop", "25 %", "50 %", "75 %", "100 %")  # speed levels of t
 DRAWS, LEVEL = 1000, 0.95  # of the bootstrap over scenarios
 TUNED_FROM = 1_000_000  # first seed of the scenarios for tuning
 UNITS = ("delay_s", "discomfort_s", "personal_m", "person_delay_s")  # plain metrics of a drive
+GAS_UNITS = ("leak_found", "false_alarms")  # the same with gas
 
 
 class OnLattice:
@@ -282,24 +283,14 @@ def _speeds(config: Config, episode: Episode) -> Floats:
 
 def _row(played: Played) -> JsonObject:
     measured = [measure(episode) for episode in played.episodes]
+    units = (*UNITS, *(GAS_UNITS if "leak" in measured[0] else ()))
     return {
         "policy": played.spec,
         "return": float(played.returns.mean()),
         "arrived": float(np.mean([each["arrived"] for each in measured])),
         "contacts": played.contacts,
-        **{unit: float(np.nanmean([each[unit] for each in measured])) for unit in UNITS},
-        **_survey(played.episodes),
+        **{unit: float(np.nanmean([each[unit] for each in measured])) for unit in units},
     }
-
-
-def _survey(episodes: Sequence[Episode]) -> JsonObject:
-    """Return the share of leaks found and the false alarms of a drive, with gas only."""
-    ends = [episode.gas[-1] for episode in episodes if len(episode.gas)]
-    found = [end["is_reported"] for end in ends if end["leak"]["is_there"]]
-    if not found:
-        return {}
-    false_alarms = [end["false_alarms"] for end in ends]
-    return {"leak_found": float(np.mean(found)), "false_alarms": float(np.mean(false_alarms))}
 
 
 def _zero(test: Scenarios) -> Played:

@@ -21,6 +21,10 @@ UNITS = (
 )  # fmt: skip
 RULES = ("environment", "rule", "return", "share of span", "with half the search")
 SPEEDS = ("share of decisions", *LEVELS_OF_PAPER)
+SURVEY = (
+    "environment", "policy", "leaks found", "false alarms a drive", "delay [s]",
+    "inside personal zone [m]", "return", "share of span",
+)  # fmt: skip
 
 
 def tables(record: Record) -> Group:
@@ -30,6 +34,8 @@ def tables(record: Record) -> Group:
         console_table(UNITS, _plain(unit_rows(record))),
         console_table(SPEEDS, _plain(speed_rows(record))),
     ]
+    if survey := survey_rows(record):
+        parts.append(console_table(SURVEY, _plain(survey)))
     return Group(*parts)
 
 
@@ -80,6 +86,28 @@ def unit_rows(record: Record) -> Rows:
         for env, found in record["environments"].items()
         for row in (
             found["zero"], found["expert"], found["rules"][found["best_rule"]], found["best"],
+        )
+    ]  # fmt: skip
+
+
+def survey_rows(record: Record) -> Rows:
+    """Return the drives of every policy in environments with gas, from worst to best."""
+    return [
+        (
+            f"`{env}`",
+            row["policy"] if row is found["best"] else f"`{row['policy']}`",
+            percent(row["leak_found"]),
+            f"{row['false_alarms']:.3f}",
+            f"{row['delay_s']:.1f}",
+            f"{row['personal_m']:.2f}",
+            f"{row['return']:.1f}",
+            _share(row) if "share" in row else percent(float(row is found["best"])),
+        )
+        for env, found in record["environments"].items()
+        if "leak_found" in found["zero"]
+        for row in (
+            found["zero"], found["expert"],
+            *sorted(found["rules"].values(), key=lambda row: row["share"]), found["best"],
         )
     ]  # fmt: skip
 
