@@ -22,9 +22,6 @@ def ring(**angles_rad: float) -> list[dict[str, Any]]:
     return [{"name": name, "angle_rad": angle} for name, angle in angles_rad.items()]
 
 
-EIGHT = ring(**{f"s{i}": 0.1 * i for i in range(8)})
-
-
 def test_nothing_given_is_the_default() -> None:
     assert make_config() == make_config({}) == make_config(Config()) == Config()
 
@@ -122,8 +119,6 @@ def test_gas_is_on_where_its_section_is_given_even_if_empty(
             {"sensors": {"ring": ring(behind=3.0)}, "drive": {"reflex_stop_m": 0.5}},
             "drive.reflex_stop_m ... 0.5 ... sensors.ring ... 0",
         ),
-        ({"sensors": {"ring": EIGHT}}, "sensors.ring ... 8 ... without gas ... 'paper' with gas"),
-        ({"sensors": {"ring": EIGHT[:2]}, "gas": {}}, "ring ... 2 ... with gas ... 'six' without"),
         ({"people": {"count": ["1", 2]}}, "people.count.0 ... '1' ... int"),
         ({"people": {"count": (10**6, 10**6)}}, "people.count.0 ... 1000000 ... 64"),
         ({"people": {"walkers": [WALKER] * 65}}, "people.walkers ... 64"),

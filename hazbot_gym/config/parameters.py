@@ -15,8 +15,6 @@ from hazbot_gym.core.kinematics import Chassis
 from hazbot_gym.core.line_sensor import LineSensor
 from hazbot_gym.core.pid import PidGains, Plant
 from hazbot_gym.core.sensor_ring import (
-    GAS_ENTRIES,
-    RINGS,
     RangeSensor,
     check_ring,
     is_ahead,
@@ -244,17 +242,4 @@ class Config(Section):
                 f"drive.reflex_stop_m: given {self.drive.reflex_stop_m}, but no sensor of "
                 "sensors.ring points ahead; allowed is 0"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _size_of_observations_tells_of_gas(self) -> Config:
-        """Reject a ring that policies would take for a named one with or without a gas sensor."""
-        sensors, has_gas = len(sensors_of(self.sensors.ring)), self.gas is not None
-        for label, named in RINGS.items():
-            if sensors == len(named) + (-GAS_ENTRIES if has_gas else GAS_ENTRIES):
-                ours, theirs = ("with", "without") if has_gas else ("without", "with")
-                raise ValueError(
-                    f"sensors.ring: given {sensors} sensors {ours} gas, whose observations have "
-                    f"the size of those of {label!r} {theirs} gas; allowed is another number"
-                )
         return self

@@ -26,7 +26,7 @@ from annotated_types import Gt, Le
 
 from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.noise import GAS_READING, normal_pair, uniform4
-from hazbot_gym.core.state import SmellRecord
+from hazbot_gym.core.state import GAS_HISTORY, SmellRecord
 
 QUIET = 0.8  # reading at which an alarm ends
 SMOOTHING_S = 1.0  # time constant of both filters of the rate
@@ -74,6 +74,7 @@ class Nose(NamedTuple):
     noise: float
     threshold: float  # T
     decision_s: float
+    per_second: int  # decisions between two entries of the history
 
 
 def nose_of(sensor: GasSensor, decision_s: float) -> Nose:
@@ -91,6 +92,7 @@ def nose_of(sensor: GasSensor, decision_s: float) -> Nose:
         noise=sensor.noise,
         threshold=threshold_of(sensor, decision_s),
         decision_s=decision_s,
+        per_second=max(round(1.0 / decision_s), 1),
     )
 
 
@@ -106,6 +108,8 @@ def clear_smell(smell: SmellRecord) -> None:
     smell.s_m = smell.concentration_ppm = smell.response = smell.reading = 0.0
     smell.smooth = smell.smoother = smell.peak = smell.since_peak_s = 0.0
     smell.alarm = smell.onset = smell.has_sounded = 0
+    for k in range(GAS_HISTORY):
+        smell.past[k] = 0.0
 
 
 @scalar
@@ -125,6 +129,10 @@ def sense_gas(smell: SmellRecord, c_ppm: float, nose: Nose, key: np.uint64, step
     smell.response += share * (target - smell.response)
     u1, u2, _, _ = uniform4(key, GAS_READING, step, 0)
     smell.reading = (smell.response + nose.noise * normal_pair(u1, u2)[0]) / nose.threshold
+    if step % nose.per_second == 0:
+        for k in range(GAS_HISTORY - 1, 0, -1):
+            smell.past[k] = smell.past[k - 1]
+        smell.past[0] = smell.smooth
     smell.smooth += nose.smoothing * (smell.reading - smell.smooth)
     smell.smoother += nose.smoothing * (smell.smooth - smell.smoother)
     smell.since_peak_s += nose.decision_s

@@ -18,7 +18,6 @@ from hazbot_gym.core.elementary import sin_cos
 from hazbot_gym.core.state import Records
 
 MOST_SENSORS = 16
-GAS_ENTRIES = 4  # of a gas sensor in observations (task/observation.py), next to one per range
 FRONT_RAD = math.radians(30.0)  # sensors at most this far from the heading point ahead
 NAMESAKE_RAD = math.radians(20.0)  # a sensor points at most this far from its namesake
 NAME = re.compile(r"[a-z][a-z0-9_]{0,31}")

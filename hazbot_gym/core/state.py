@@ -172,6 +172,8 @@ class TrackRecord(Protocol):
 
 # --- gas ------------------------------------------------------------------------------------------
 
+GAS_HISTORY = 10  # earlier readings of the gas sensor, one a second
+
 LEAK = np.dtype(
     [
         ("is_there", "i8"),  # 0 without a leak; the other fields are then 0
@@ -217,6 +219,7 @@ SMELL = np.dtype(
         ("alarm", "i8"),  # 1 while the alarm sounds
         ("onset", "i8"),  # 1 if it started in this decision
         ("has_sounded", "i8"),  # 1 from the first alarm on
+        ("past", "f8", (GAS_HISTORY,)),  # smooth at the last full seconds, the latest first
     ],
     align=True,
 )  # state of a gas sensor
@@ -236,6 +239,7 @@ class SmellRecord(Protocol):
     alarm: int
     onset: int
     has_sounded: int
+    past: Floats
 
 
 GAS = np.dtype(

@@ -116,6 +116,7 @@ class SpeedController:
         gas_rate_per_s: float | None = None,
         gas_since_peak_s: float | None = None,
         gas_alarmed: float | None = None,
+        gas_history: Sequence[float] = (),
         command_mps: float | None = None,
         age_s: float = 0.0,
     ) -> float:
@@ -139,6 +140,7 @@ class SpeedController:
             gas_rate_per_s: Its rate.
             gas_since_peak_s: Time since the largest reading so far.
             gas_alarmed: 1 from the first alarm on.
+            gas_history: Its readings 1 s, 2 s, ... 10 s ago.
             command_mps: Speed commanded last; default the last answer of this controller.
             age_s: Age of the oldest of these readings.
         """
@@ -155,6 +157,7 @@ class SpeedController:
             "gas_rate_per_s": gas_rate_per_s,
             "gas_since_peak_s": gas_since_peak_s,
             "gas_alarmed": gas_alarmed,
+            **{f"gas_reading_{k + 1}s": reading for k, reading in enumerate(gas_history)},
         }
         late = self._late(age_s)
         found = late or checked(self.layout, ranges_m, people, fields)

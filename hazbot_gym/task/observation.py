@@ -25,6 +25,7 @@ from hazbot_gym.core.sensor_ring import RINGS, RangeSensor, Ring, Sensors, senso
 from hazbot_gym.core.state import (
     CONFRONTING,
     CROSSING,
+    GAS_HISTORY,
     PATTERN_NAMES,
     Floats,
     Records,
@@ -80,6 +81,11 @@ GAS_FIELDS = (
     _field("gas_rate_per_s", "1/s", -5.0, 5.0, "rate of this reading"),
     _field("gas_since_peak_s", "s", 0.0, 60.0, "time since the largest reading so far"),
     _field("gas_alarmed", "-", 0.0, 1.0, "1 from the first alarm of the gas sensor on"),
+    # A memory for policies without one. It also gives observations with gas a size of their own.
+    *(
+        _field(f"gas_reading_{k}s", "-", -2.0, 10.0, f"the reading {k} s ago, to a second")
+        for k in range(1, GAS_HISTORY + 1)
+    ),
 )
 PERSON_FIELDS = (
     _field("present", "-", 0.0, 1.0, "1 if this slot holds a person"),
@@ -375,6 +381,8 @@ def observe(
         i = _put(rest, i, reading_rate(gas[k].smell))
         i = _put(rest, i, gas[k].smell.since_peak_s)
         i = _put(rest, i, gas[k].smell.has_sounded)
+        for j in range(GAS_HISTORY):
+            i = _put(rest, i, gas[k].smell.past[j])
     _put_people(rest, i, tracks, robot, absent)
 
 

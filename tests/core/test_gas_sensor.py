@@ -198,3 +198,19 @@ def test_time_since_the_peak_starts_again_at_every_larger_one() -> None:
     assert sensed.since_peak_s[:20].tolist() == [0.0] * 20
     assert sensed.since_peak_s[49] == pytest.approx(3.0)
     assert sensed.since_peak_s[-1] == 0.0
+
+
+def test_the_history_holds_the_reading_of_each_of_the_last_ten_seconds() -> None:
+    sensed, nose = records(SMELL, 1), as_record(nose_of(GAS_SENSORS["TGS2611"], 0.1))
+    smooth = []
+    for step in range(151):
+        _sense_one(sensed, 0.2 * step, nose, step)
+        smooth.append(float(sensed["smooth"][0]))
+    # A full second is decision 10 k; the entry is the reading of the decision before.
+    assert sensed["past"][0].tolist() == [smooth[149 - 10 * k] for k in range(10)]
+    assert len(set(smooth)) == len(smooth)
+
+
+@lean_kernel
+def _sense_one(smells: Records, c_ppm: float, noses: Records, step: int) -> None:
+    sense_gas(smells[0], c_ppm, noses[0], np.uint64(5), step)

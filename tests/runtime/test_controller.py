@@ -272,6 +272,10 @@ def test_rules_with_another_nominal_speed_command_it() -> None:
 
 def test_gas_is_read_where_there_is_a_sensor() -> None:
     controller = controlled("slow_on_rise", tier="sonar", has_gas=True)
-    gas = {"gas_reading": 0.5, "gas_since_peak_s": 0.0, "gas_alarmed": 0.0}
+    gas: dict[str, Any] = {"gas_reading": 0.5, "gas_since_peak_s": 0.0, "gas_alarmed": 0.0}
+    assert controller.step(**GOOD, **gas, gas_rate_per_s=0.0) == 0.0
+    assert controller.stop is not None
+    assert "gas_reading_1s" in controller.stop.message
+    gas["gas_history"] = [0.4] * 10
     assert controller.step(**GOOD, **gas, gas_rate_per_s=0.0) == 0.5
     assert controller.step(**GOOD, **gas, gas_rate_per_s=1.0) == pytest.approx(0.1)

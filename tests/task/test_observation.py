@@ -10,7 +10,7 @@ import pytest
 
 from hazbot_gym.config import make_config
 from hazbot_gym.core.geometry import straight_path
-from hazbot_gym.core.sensor_ring import GAS_ENTRIES, RINGS, RangeSensor, Ring
+from hazbot_gym.core.sensor_ring import RINGS, RangeSensor, Ring
 from hazbot_gym.core.state import (
     CONFRONTING,
     CROSSING,
@@ -23,7 +23,6 @@ from hazbot_gym.core.state import (
     Records,
     records,
 )
-from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.observation import (
     GAS_FIELDS,
     KNOWN,
@@ -195,7 +194,7 @@ def test_tier_without_people_is_the_beginning_of_the_others() -> None:
     assert observation_of(tracks=seen(at(2.0)), layout=sonar).tolist() == full[:12].tolist()
 
 
-def smelling(**fields: float) -> Records:
+def smelling(**fields: Any) -> Records:
     gas = records(GAS, 1)
     for name, value in fields.items():
         gas["smell"][name] = value
@@ -205,11 +204,15 @@ def smelling(**fields: float) -> Records:
 @pytest.mark.parametrize("tier", LAYOUTS)
 def test_gas_sensor_stands_before_people_and_moves_nothing_else(tier: str) -> None:
     people, with_gas = seen(at(2.0, 40.0, pattern=LEADING)), layout_for(tier, has_gas=True)
-    gas = smelling(reading=9.0, smooth=0.6, smoother=0.4, since_peak_s=3.0, has_sounded=1)
+    past = 0.1 * np.arange(1, 11)
+    gas = smelling(
+        reading=9.0, smooth=0.6, smoother=0.4, since_peak_s=3.0, has_sounded=1, past=past
+    )
     fields = with_gas.decode(observation_of(tracks=people, gas=gas, layout=with_gas))
 
-    assert with_gas.names[12 : 12 + GAS_ENTRIES] == tuple(field.name for field in GAS_FIELDS)
+    assert with_gas.names[12 : 12 + len(GAS_FIELDS)] == tuple(field.name for field in GAS_FIELDS)
     smelt = {"gas_reading": 0.6, "gas_rate_per_s": 0.2, "gas_since_peak_s": 3.0, "gas_alarmed": 1.0}
+    smelt |= {f"gas_reading_{k}s": 0.1 * k for k in range(1, 11)}
     assert {name: fields.pop(name) for name in smelt} == pytest.approx(smelt)
     assert fields == LAYOUTS[tier].decode(observation_of(tracks=people, layout=LAYOUTS[tier]))
 
@@ -279,7 +282,7 @@ def test_layout_of_a_ring_of_ones_own_is_asked_for_by_the_ring() -> None:
         layout_of(np.zeros(12), ring)
 
 
-@pytest.mark.parametrize("shape", [(12,), (7, 12), (14,), (48,), (2, 3, 48), (50,), (16,), (3, 52)])
+@pytest.mark.parametrize("shape", [(12,), (7, 12), (14,), (48,), (2, 3, 48), (50,), (26,), (3, 62)])
 def test_layout_is_told_by_the_last_axis(shape: tuple[int, ...]) -> None:
     assert layout_of(np.zeros(shape)).width == shape[-1]
 
@@ -290,11 +293,7 @@ def test_no_two_rings_of_a_config_have_observations_of_one_size_but_other_fields
     for count, has_gas, tier in itertools.product(range(1, 17), (False, True), ("sonar", "tracks")):
         sensors = [{"name": f"s{i}", "angle_rad": 0.1 * i} for i in range(count)]
         ring = {4: "paper", 6: "six"}.get(count, sensors)
-        try:
-            config = make_config(tier=tier, sensors={"ring": ring}, gas={} if has_gas else None)
-        except InvalidInput:
-            assert count in (2, 8, 10)
-            continue
+        config = make_config(tier=tier, sensors={"ring": ring}, gas={} if has_gas else None)
         layout = layout_in(config)
         if layout.width in KNOWN:
             assert layout.names == KNOWN[layout.width].names
