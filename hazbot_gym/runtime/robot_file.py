@@ -42,7 +42,7 @@ class SensorPose(Section):
 
 
 def poses_of(sensors: tuple[RangeSensor, ...], ultrasonic: Ultrasonic) -> tuple[SensorPose, ...]:
-    """Return where the simulator mounts the sensors of a ring."""
+    """Return the poses at which the simulator mounts the sensors of a ring."""
     return tuple(
         SensorPose(
             name=sensor.name,
@@ -59,7 +59,7 @@ _DRIVE, _CLOCK = Config().drive, Config().clock
 
 
 class Robot(Section):
-    """What a policy has to know of a robot; defaults are the simulator's."""
+    """Knowledge of a robot that a policy needs; defaults are the simulator's."""
 
     nominal_speed_mps: Annotated[float, Gt(0), Le(1)] = _DRIVE.nominal_speed_mps
     decision_period_s: Annotated[float, Gt(0)] = _CLOCK.decision_s  # between two steps

@@ -131,7 +131,7 @@ def environments(*, has_gas: bool = False) -> list[str]:
 
 
 def has_gas(names: Sequence[str]) -> bool:
-    """Return whether environments have gas; their rules, and so their records, differ.
+    """Return True if environments have gas; their rules, and so their records, differ.
 
     Raises:
         InvalidInput: Some have gas and some have none.
