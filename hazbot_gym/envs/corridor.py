@@ -61,7 +61,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
     ## Observation Space
 
     ``Box`` of float32. Values are divided by the scale in the unit column. The tier ``sonar`` has
-    only the fields without the prefix ``person``. With gas, the four fields of the gas sensor
+    only the fields without the prefix ``person``. With gas, the fields of the gas sensor
     (``task/observation.py``) come before those of people.
 
     {observation_table}
