@@ -14,9 +14,8 @@ from hazbot_gym.bench.cases import CORRIDOR, batched
 from hazbot_gym.calibration import discomfort_report, encounters_report
 from hazbot_gym.calibration import report as calibration
 from hazbot_gym.core.proxemics import INTIMATE_M, PERSONAL_M
-from hazbot_gym.envs.registration import ENVIRONMENTS
 from hazbot_gym.evaluation.oracle import headroom_report as headroom
-from hazbot_gym.evaluation.oracle.headroom import EXPERT_AT_MOST, RULE_AT_MOST
+from hazbot_gym.evaluation.oracle.headroom import EXPERT_AT_MOST, GAS_EXPERT_AT_MOST, RULE_AT_MOST
 from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.text_tables import Rows, shown
 
@@ -24,8 +23,6 @@ Record = JsonObject
 
 EXACT = "benchmarks/headroom_exact.json"  # headroom with scripted people
 DEPTH = "benchmarks/headroom_depth.json"  # the same with the reward of the first version
-WITH_GAS = tuple(env for env, (_, preset) in ENVIRONMENTS.items() if "gas" in preset)
-NO_POLICIES = "The [headroom](headroom.md) of these environments is not measured yet."
 POWER = 0.20  # least share of contacts at full speed
 
 
@@ -209,10 +206,15 @@ def headroom_by_environment(
 
 def gas(template: str, record: Record, *, name: str) -> str:
     """Return the page on gas; arguments as for ``performance``."""
-    found = {env: each for env, each in record["environments"].items() if env in WITH_GAS}
-    rows = headroom.rule_rows({**record, "environments": found})
-    policies = table(headroom.RULES, rows) if rows else NO_POLICIES
-    return Template(template).substitute(record=name, policies=policies)
+    return Template(template).substitute(
+        record=name,
+        episodes=record["episodes"],
+        tuning=record["tuning"],
+        rounds=record["search"]["rounds"],
+        expert_at_most=headroom.percent(GAS_EXPERT_AT_MOST),
+        rule_at_most=headroom.percent(RULE_AT_MOST),
+        policies=table(headroom.SURVEY, headroom.survey_rows(record)),
+    )
 
 
 def _both(depth: Record, exact: Record) -> Rows:

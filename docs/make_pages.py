@@ -54,7 +54,7 @@ PAGES = (
         RECORDS / "headroom.json",
         {"exact": ROOT / benchmark_pages.EXACT, "depth": ROOT / benchmark_pages.DEPTH},
     ),
-    Page("gas", benchmark_pages.gas, RECORDS / "headroom.json"),
+    Page("gas", benchmark_pages.gas, RECORDS / "headroom_gas.json"),
     Page("people", benchmark_pages.people, CALIBRATION),
     Page("discomfort", benchmark_pages.discomfort, RECORDS / "discomfort.json"),
     Page("encounters", benchmark_pages.encounters, RECORDS / "encounters.json"),

@@ -62,6 +62,7 @@ GAS_RULES = (
 SLOW_STARTS = ("constant:fraction=0.4", "constant:fraction=0.2")  # of the search for leaks
 FRACTIONS, STOPS_M = (1.0, 0.8, 0.6, 0.4), (0.0, 0.3, 0.5, 0.8, 1.2, 2.0)  # grid of the zero
 EXPERT_AT_MOST, RULE_AT_MOST = 0.70, 0.85  # of the span, in an environment with headroom
+GAS_EXPERT_AT_MOST = 0.60  # the same with gas, to which the expert is blind
 LEVELS_OF_PAPER = ("stop", "25 %", "50 %", "75 %", "100 %")  # speed levels of the paper
 DRAWS, LEVEL = 1000, 0.95  # of the bootstrap over scenarios
 TUNED_FROM = 1_000_000  # first seed of the scenarios for tuning

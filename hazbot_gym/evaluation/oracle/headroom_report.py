@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from rich.console import Group
 
-from hazbot_gym.evaluation.oracle.headroom import EXPERT_AT_MOST, LEVELS_OF_PAPER, RULE_AT_MOST
+from hazbot_gym.evaluation.oracle.headroom import (
+    EXPERT_AT_MOST,
+    GAS_EXPERT_AT_MOST,
+    LEVELS_OF_PAPER,
+    RULE_AT_MOST,
+)
 from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.text_tables import Rows, console_table, shown
 
@@ -51,7 +56,8 @@ def percent(share: float) -> str:
 def has_room(found: Record) -> bool:
     """Return True if the fuzzy expert and the best rule leave the intended headroom."""
     best = found["rules"][found["best_rule"]]
-    return bool(found["expert"]["share"] < EXPERT_AT_MOST and best["share"] < RULE_AT_MOST)
+    limit = GAS_EXPERT_AT_MOST if "leak_found" in found["zero"] else EXPERT_AT_MOST
+    return bool(found["expert"]["share"] < limit and best["share"] < RULE_AT_MOST)
 
 
 def room_rows(record: Record) -> Rows:
