@@ -59,7 +59,8 @@ GAS_RULES = (
         for slow in (0.05, 0.2)
     ),
 )
-SLOW_STARTS = ("constant:fraction=0.4", "constant:fraction=0.2")  # of the search for leaks
+CONSTANTS = tuple(f"constant:fraction={each:g}" for each in (1.0, 0.8, 0.6, 0.4, 0.2))  # with gas
+SLOW_STARTS = CONSTANTS[3:]  # of the search for leaks
 FRACTIONS, STOPS_M = (1.0, 0.8, 0.6, 0.4), (0.0, 0.3, 0.5, 0.8, 1.2, 2.0)  # grid of the zero
 EXPERT_AT_MOST, RULE_AT_MOST = 0.70, 0.85  # of the span, in an environment with headroom
 GAS_EXPERT_AT_MOST = 0.60  # the same with gas, to which the expert is blind
@@ -225,6 +226,7 @@ def headroom(
         }
 
     return {
+        **({} if config.gas is None else {"constants": constants(test)}),
         "full_speed_contacts": full_speed.contacts,
         "zero": _row(zero),
         "best": _row(play(test, plan_of(found), name=BEST)) | {"bound": float(top.mean())},
@@ -234,6 +236,11 @@ def headroom(
         "speeds": speed_shares(each.actions for each in found),
         "speeds_of_expert": speed_shares(_speeds(config, each) for each in expert.episodes),
     }
+
+
+def constants(test: Scenarios) -> list[JsonObject]:
+    """Return the drives at constant speeds, which show what the gas sensor's lag costs."""
+    return [_row(play(test, spec)) for spec in CONSTANTS]
 
 
 def play(scenarios: Scenarios, spec: str | Policy, *, name: str = "") -> Played:

@@ -107,12 +107,12 @@ def survey_rows(record: Record) -> Rows:
             f"{row['delay_s']:.1f}",
             f"{row['personal_m']:.2f}",
             f"{row['return']:.1f}",
-            _share(row) if "share" in row else percent(float(row is found["best"])),
+            _place(row, found),
         )
         for env, found in record["environments"].items()
         if "leak_found" in found["zero"]
         for row in (
-            found["zero"], found["expert"],
+            *found["constants"], found["zero"], found["expert"],
             *sorted(found["rules"].values(), key=lambda row: row["share"]), found["best"],
         )
     ]  # fmt: skip
@@ -151,3 +151,11 @@ def speed_rows(record: Record) -> Rows:
 def _share(row: Record) -> str:
     low, high = (f"{100.0 * bound:.0f}" for bound in row["interval"])
     return f"{percent(row['share'])} ({low} to {high})"
+
+
+def _place(row: Record, found: Record) -> str:
+    """Return a row's place on the span: its ends have no interval."""
+    if "share" in row:
+        return _share(row)
+    low, top = found["zero"]["return"], found["best"]["bound"]
+    return percent((row["return"] - low) / (top - low))
