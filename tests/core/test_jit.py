@@ -269,7 +269,7 @@ for _ in range(3):
     seen, rewards, *_ = worlds.step(np.full((2, 1), 0.5, np.float32))
     numbers += [*observation, reward, *seen.ravel(), *rewards]
 for name in policies.names():
-    for given in (seen, np.ascontiguousarray(seen[:, :16])):
+    for given in (seen, np.ascontiguousarray(seen[:, :26])):
         if name != "learned":
             numbers += policies.make(name).predict(given)[0].ravel().tolist()
 print(*(float(number) for number in numbers))

@@ -16,6 +16,7 @@ from stable_baselines3.common.env_checker import check_env as check_env_for_sb3
 
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE
+from hazbot_gym.task.observation import layout_for
 
 IDS = [f"{NAMESPACE}/{name}" for name in ENVIRONMENTS]
 VARIANTS: list[dict[str, Any]] = [
@@ -66,7 +67,8 @@ def test_a_spec_survives_json_and_makes_the_same_environment(env_id: str) -> Non
     env = gymnasium.make(restored).unwrapped
     assert isinstance(env, CorridorEnv)
     assert env.config.people.count == (1, 2)
-    assert env.observation_space.shape == (12 if env.config.gas is None else 16,)
+    sonar = layout_for("sonar", has_gas=env.config.gas is not None)
+    assert env.observation_space.shape == (sonar.width,)
 
 
 def test_an_environment_is_made_by_module_and_id() -> None:
