@@ -27,6 +27,7 @@ from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.errors import HazbotError
 from hazbot_gym.policies import base
 from hazbot_gym.policies.learned import SHIPPED
+from hazbot_gym.runtime.robot_file import Robot, check_agreement, load_robot
 from hazbot_gym.study.config import load_study
 from hazbot_gym.task.track_files import read_tracks
 from hazbot_gym.training.config import load_training
@@ -104,6 +105,15 @@ PLACE = {
     "path": {"points": [[0, 0], [12, 0]], "corner_radius_m": 1.0},
     "routes": [{"points": [[6, -4], [6, 4]], "room_m": 0.4}],
     "along_room_m": 0.7,
+}
+ROBOT = {
+    "nominal_speed_mps": 0.5,
+    "decision_period_s": 0.1,
+    "deceleration_mps2": 1.5,
+    "sensors": [
+        {"name": "ahead", "x_m": 0.3, "y_m": 0.0, "yaw_rad": 0.0},
+        {"name": "behind", "x_m": -0.3, "y_m": 0.0, "yaw_rad": 3.1, "half_cone_rad": 0.2},
+    ],
 }
 DESCRIPTION = {
     "fps": 10,
@@ -276,6 +286,13 @@ def place_file(folder: Path, rng: random.Random) -> None:
     env.reset(seed=0)
 
 
+def robot_file(folder: Path, rng: random.Random) -> None:
+    file = folder / "robot.yaml"
+    text = yaml.safe_dump(changed(ROBOT, rng)).encode()
+    file.write_bytes(text if rng.random() < 0.7 else damaged(text, rng))
+    check_agreement(load_robot(file), Robot(), "constant")
+
+
 def track_file(folder: Path, rng: random.Random) -> None:
     name = rng.choice(list(TRACKS))
     (folder / name).write_bytes(damaged(TRACKS[name].encode(), rng))
@@ -316,6 +333,7 @@ DOORS: dict[Door, int] = {
     training_file: 120,
     damaged_training_file: 80,
     place_file: 120,
+    robot_file: 150,
     track_file: 250,
     binary_track_file: 100,
     track_description: 120,
@@ -366,6 +384,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "headroom --env nowhere --json": ("--episodes",),
     "tune --trials 1 --out no/such/x.json --policy": ("--seed",),
     "bench --training": ("--json",),
+    "export --format c --out /dev/null/x --policy": ("--tier",),
+    "export --policy constant --out /dev/null/x --format": ("--tier",),
 }
 FLAGS = ("--resume",)
 

@@ -28,7 +28,7 @@ CASES = (
 )
 STEPS, QUICK_STEPS = 10_000, 300
 MOST_PEOPLE = 5
-TITLES = ("policy", "tier", "start, s", "first, ms", "p50, ms", "p99, ms", "largest, ms")
+TITLES = ("policy", "tier", "construction, s", "first, ms", "p50, ms", "p99, ms", "largest, ms")
 MEASURE = "import sys; from hazbot_gym.bench.latency import main; main(*sys.argv[1:])"
 Record = JsonObject
 

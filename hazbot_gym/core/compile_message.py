@@ -9,13 +9,16 @@ from __future__ import annotations
 import logging
 from typing import Any
 
-from numba.core import event
+try:
+    from numba.core import event
+except ImportError:  # nothing is compiled
+    event = None  # type: ignore[assignment]
 
 _PACKAGE = __name__.partition(".")[0]
 MESSAGE = f"{_PACKAGE}: compiling kernels that are not in the cache yet; takes up to a minute ..."
 
 
-class CompileMessage(event.Listener):
+class CompileMessage(event.Listener if event else object):  # type: ignore[misc]
     """Listener of numba's compiler events.
 
     Attributes:

@@ -14,7 +14,8 @@ import closure (``sources``).
 
 Binaries are cached in numba's locations: ``NUMBA_CACHE_DIR``, beside the package, or the user's
 cache. If none is writable, a private temporary folder is used, or no cache. With
-``NUMBA_DISABLE_JIT=1`` everything is plain Python for debugging, with equal numbers up to rounding.
+``NUMBA_DISABLE_JIT=1``, or where numba is not installed, everything is plain Python, with equal
+numbers up to rounding.
 """
 
 from __future__ import annotations
@@ -31,11 +32,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-import numba
 import numpy as np
-from numba.extending import register_jitable
 
 from hazbot_gym.core import compile_message, sources
+
+try:
+    import numba
+    from numba.extending import register_jitable
+except ImportError:  # on a robot (``runtime``) it need not be installed
+    numba = None  # type: ignore[assignment]
 
 PACKAGE = Path(__file__).parent.parent
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -47,9 +52,10 @@ LANES = 16
 # Formulas are called by kernels only, never through Python's or C's calling convention.
 _INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
-_settings: Any = numba.config
+_settings: Any = getattr(numba, "config", None)
 
-compile_message.install()
+if numba is not None:
+    compile_message.install()
 
 
 def scalar(function: Function) -> Function:
@@ -58,12 +64,16 @@ def scalar(function: Function) -> Function:
     It is always inlined: loops with calls are not vectorized, and a call with worlds or parameters,
     hundreds of words, costs more than most formulas.
     """
+    if numba is None:
+        return function
     compiled: Function = register_jitable(forceinline=True, **_INNER)(function)
     return compiled
 
 
 def routine(function: Function) -> Function:
     """Mark a larger piece like ``scalar``, but do not inline it: it is compiled once."""
+    if numba is None:
+        return function
     compiled: Function = register_jitable(**_INNER)(function)
     return compiled
 
@@ -94,7 +104,7 @@ def _compile(function: Function, *, is_counting: bool) -> Function:
         "_nrt": is_counting,
         "no_cfunc_wrapper": True,
     }
-    if _settings.DISABLE_JIT:
+    if numba is None or _settings.DISABLE_JIT:
         return cast(Function, functools.partial(_run_plain, function))
     compiled: Any = _with_cache(function, options)
     # Private attributes of numba, held by tests/core/test_jit.py: numba has no public way to say

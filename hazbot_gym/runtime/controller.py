@@ -172,7 +172,7 @@ class SpeedController:
 
     @property
     def stop(self) -> Stop | None:
-        """Why the robot is stopped by the watchdog now; None while the policy commands."""
+        """Reason for which the watchdog stops the robot now; None while the policy commands."""
         if self._stop is None and self._stepped_s is not None:
             return self._gap(self._clock() - self._stepped_s)
         return self._stop

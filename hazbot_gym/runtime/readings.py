@@ -28,7 +28,7 @@ FASTEST_MPS = 10.0  # nobody runs faster
 
 
 class Stop(NamedTuple):
-    """Why the robot is stopped."""
+    """Reason for which the watchdog stops the robot."""
 
     cause: Cause
     message: str  # one line that names the reading

@@ -59,7 +59,7 @@ _DRIVE, _CLOCK = Config().drive, Config().clock
 
 
 class Robot(Section):
-    """Knowledge of a robot that a policy needs; defaults are the simulator's."""
+    """Parameters of a robot that a policy depends on; defaults are the simulator's."""
 
     nominal_speed_mps: Annotated[float, Gt(0), Le(1)] = _DRIVE.nominal_speed_mps
     decision_period_s: Annotated[float, Gt(0)] = _CLOCK.decision_s  # between two steps
