@@ -21,7 +21,7 @@ import numpy as np
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.export.check import STRICT, c_actions, onnx_actions
-from hazbot_gym.export.golden import COUNT, actions_of, draw
+from hazbot_gym.export.golden import COUNT, actions_of, observations_for
 from hazbot_gym.export.plan import plan_of
 from hazbot_gym.export.write import ONNX, export
 from hazbot_gym.policies.actor import Actor
@@ -64,8 +64,8 @@ def bench_export() -> Record:
         )
     with tempfile.TemporaryDirectory() as folder:
         cases = {
-            name: measure(spec, Path(folder, f"case{i}"))
-            for i, (name, spec) in enumerate(_cases(Path(folder)))
+            name: measure(spec, tier, Path(folder, f"case{i}"))
+            for i, (name, spec, tier) in enumerate(_cases(Path(folder)))
         }
     return {
         "cases": cases,
@@ -86,12 +86,15 @@ def _version(program: str) -> str:
     return done.stdout.splitlines()[0]
 
 
-def _cases(folder: Path) -> Iterator[tuple[str, str]]:
-    """Yield name and spec of each case; random networks are written into the folder."""
-    yield "`fuzzy_expert`", "fuzzy_expert"
-    yield "`ppo`, tracks: 48-96-96-1 on `ssm:mode=strict`", "ppo"
-    yield "MLP, sonar: 12-64-64-1, tanh", f"learned:path={_random(folder / 'mlp.npz', (64, 64))}"
-    yield "LSTM, sonar: 12-LSTM 64-1", f"learned:path={_random(folder / 'lstm.npz', (), lstm=64)}"
+def _cases(folder: Path) -> Iterator[tuple[str, str, str]]:
+    """Yield name, spec and tier of each case; random networks are written into the folder."""
+    for tier in ("tracks", "sonar"):
+        yield f"`fuzzy_expert`, {tier}", "fuzzy_expert", tier
+    yield "`ppo`, tracks: 48-96-96-1 on `ssm:mode=strict`", "ppo", "tracks"
+    yield "`ppo`, sonar: 12-96-96-1 on `ssm:mode=strict`", "ppo", "sonar"
+    mlp, lstm = folder / "mlp.npz", folder / "lstm.npz"
+    yield "MLP, sonar: 12-64-64-1, tanh", f"learned:path={_random(mlp, (64, 64))}", "sonar"
+    yield "LSTM, sonar: 12-LSTM 64-1", f"learned:path={_random(lstm, (), lstm=64)}", "sonar"
 
 
 def _random(file: Path, hidden: tuple[int, ...], lstm: int = 0) -> Path:
@@ -110,16 +113,16 @@ def _random(file: Path, hidden: tuple[int, ...], lstm: int = 0) -> Path:
     return file
 
 
-def measure(spec: str, folder: Path) -> Record:
+def measure(spec: str, tier: str, folder: Path) -> Record:
     """Export a policy and return what is measured of it."""
-    plan = plan_of(spec)
-    observations = draw(plan.layout, OBSERVATIONS, seed=1)
+    plan = plan_of(spec, tier)
+    observations = observations_for(plan, OBSERVATIONS, seed=1)
     starts = np.arange(OBSERVATIONS) % 100 == 0
     expected = actions_of(plan, observations, starts)
-    export(spec, "c", folder)
+    export(spec, "c", folder, tier=tier)
     found = {"c": c_actions(plan, folder, observations, starts)}
-    if plan.actor is not None:
-        export(spec, "onnx", folder / "onnx")
+    if plan.actor is not None and not plan.listens:
+        export(spec, "onnx", folder / "onnx", tier=tier)
         model = (folder / "onnx" / ONNX).read_bytes()
         found["onnx"] = onnx_actions(plan, model, observations, starts)
     weights = 0
@@ -131,7 +134,6 @@ def measure(spec: str, folder: Path) -> Record:
             name: float(np.abs(actions - expected).max()) for name, actions in found.items()
         },
         "weight_bytes": weights,
-        "memory_bytes": 8 * plan.memory,
         **on_cortex_m3(folder),
     }
 
@@ -161,6 +163,7 @@ def on_cortex_m3(folder: Path) -> Record:
         "flash_bytes": whole[0] - others,  # with the compiler's arithmetic
         "object_flash_bytes": policy[0],
         "ram_bytes": policy[1],
+        "memory_bytes": run.get("memory", 0),
         "stack_bytes": run["stack"],
         "instructions": round(run["ticks"] * per_tick),
         "instructions_a_tick": per_tick,

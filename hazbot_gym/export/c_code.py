@@ -14,13 +14,16 @@ from hazbot_gym.core.state import PATTERN_NAMES
 from hazbot_gym.errors import MissingExtra
 from hazbot_gym.export.golden import TOLERANCE, Golden
 from hazbot_gym.export.plan import Plan, Rule
+from hazbot_gym.policies import sonar_estimate as sonar
 from hazbot_gym.policies.actor import Actor
 from hazbot_gym.policies.constant import Constant
 from hazbot_gym.policies.fuzzy_expert import PERSON_FIELDS, SENSITIVE_M, FuzzyExpert
 from hazbot_gym.policies.guard import ROUNDING
 from hazbot_gym.policies.people_seen import RADII_M
 from hazbot_gym.policies.person_columns import columns_of
+from hazbot_gym.policies.robot import DECISION_S
 from hazbot_gym.policies.ssm import Ssm
+from hazbot_gym.task.observation import SONAR_RANGE_M, Layout, layout_for
 from hazbot_gym.utils.json_object import JsonObject
 
 try:
@@ -87,6 +90,8 @@ def _values(plan: Plan, golden: Golden, version: str) -> JsonObject:
         "nominal_mps": plan.nominal_mps,
         "period_s": plan.period_s,
         "memory": plan.memory,
+        "has_memory": plan.has_memory,
+        "sonar": _sonar(plan) if plan.listens else None,
         "actor": actor,
         "rule": rule,
         "correction": plan.scale,
@@ -137,8 +142,67 @@ def _rule(rule: Rule, plan: Plan) -> JsonObject:
     return _ssm(rule, plan) if isinstance(rule, Ssm) else _fuzzy(rule, plan)
 
 
+def _with_people(plan: Plan) -> Layout:
+    """Return the layout that a rule reads: the plan's, with people."""
+    return layout_for("tracks", plan.layout.sensors, has_gas=plan.layout.has_gas)
+
+
+def _sonar(plan: Plan) -> JsonObject:
+    """Return the estimate of people from echoes as numbers (``policies/sonar_estimate.py``)."""
+    layout, people = plan.layout, _with_people(plan)
+    at = sonar.mounted(layout.sensors)
+    entries = columns_of(people.width, PERSON_FIELDS)
+    scales = dict(zip(PERSON_FIELDS, entries.units[0].tolist(), strict=True))
+    numbers = (
+        np.sin(at.angle_rad), np.cos(at.angle_rad), at.side, at.near_m, at.edge_rad,
+        at.wall_offset_m,
+    )  # fmt: skip
+    flags = at.wall, at.in_front.astype(int), at.at_side.astype(int)
+
+    def own(name: str) -> tuple[int, float]:
+        index = layout.names.index(name)
+        return index, layout.fields[index].scale
+
+    return {
+        "sensors": [
+            {
+                "numbers": [float(each[i]) for each in numbers],
+                "flags": [int(each[i]) for each in flags],
+            }
+            for i in range(len(layout.sensors))
+        ],
+        "walls": at.walls.tolist(),
+        "width": people.width,
+        "slots": entries.entries.tolist(),
+        "distance_scale": scales["distance_m"],
+        "walking_scale": scales["speed_mps"],
+        "closing_scale": scales["closing_mps"],
+        "speed": own("speed_mps"),
+        "yaw_rate": own("yaw_rate_radps"),
+        "heading": own("theta_e_rad"),
+        "range_scale": layout.fields[0].scale,
+        "period_s": DECISION_S,
+        "alpha": sonar.ALPHA,
+        "beta_per_s": sonar.BETA / DECISION_S,
+        "leap_m": sonar.LEAP_M,
+        "moving_mps": sonar.MOVING_MPS,
+        "settled": sonar.SETTLED,
+        "wall_m": sonar.WALL_M,
+        "near_m": sonar.NEAR_M,
+        "steady_s": sonar.STEADY_S,
+        "side_wall_m": sonar.SIDE_WALL_M,
+        "carried_s": sonar.CARRIED_S,
+        "same_m": sonar.SAME_M,
+        "turning_radps": sonar.TURNING_RADPS,
+        "to_centre_m": sonar.TO_CENTRE_M,
+        "mount_m": sonar.SENSOR.mount_radius_m,
+        "nothing_m": SONAR_RANGE_M - 0.1,
+        "quarter_rad": math.pi / 2.0,
+    }
+
+
 def _ssm(rule: Ssm, plan: Plan) -> JsonObject:
-    ssm, columns = SsmThresholds(), columns_of(plan.layout.width, ("present", "distance_m"))
+    ssm, columns = SsmThresholds(), columns_of(_with_people(plan).width, ("present", "distance_m"))
     b = ssm.braking_mps2 * ssm.reaction_s + ssm.approach_mps
     return {
         "kind": "ssm",
@@ -158,7 +222,7 @@ def _ssm(rule: Ssm, plan: Plan) -> JsonObject:
 
 
 def _fuzzy(rule: FuzzyExpert, plan: Plan) -> JsonObject:
-    controller, columns = rule.controller, columns_of(plan.layout.width, PERSON_FIELDS)
+    controller, columns = rule.controller, columns_of(_with_people(plan).width, PERSON_FIELDS)
 
     def terms(rows: Any) -> list[list[float]]:
         return [[0.0 if math.isinf(value) else value for value in row] for row in rows.tolist()]

@@ -15,6 +15,7 @@ from hazbot_gym.export.plan import Plan
 from hazbot_gym.policies.guard import Observations
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic")
+ROOM = 1024  # words for the echoes of any ring in ``hazbot_memory``
 Actions = npt.NDArray[np.float32]
 
 
@@ -56,12 +57,12 @@ def c_actions(
         subprocess.run([*command, str(folder / "hazbot_policy.c")], check=True)
         compiled = ctypes.CDLL(str(library))
     compiled.hazbot_act.restype = ctypes.c_float
-    memory = (ctypes.c_float * (2 * plan.memory))()
-    more = (memory,) if plan.memory else ()
+    memory = (ctypes.c_double * (ROOM + plan.memory))()
+    more = (memory,) if plan.has_memory else ()
     rows = np.ascontiguousarray(observations, np.float32)
     found = []
     for row, begins in zip(rows, starts, strict=True):
-        if begins and plan.memory:
+        if begins and plan.has_memory:
             compiled.hazbot_reset(memory)
         found.append(compiled.hazbot_act(row.ctypes.data_as(ctypes.c_void_p), *more))
     return np.array(found, np.float32)

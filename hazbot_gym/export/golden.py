@@ -10,7 +10,7 @@ import numpy.typing as npt
 from hazbot_gym.core.state import PATTERN_NAMES
 from hazbot_gym.export.plan import Plan
 from hazbot_gym.policies.guard import Observations
-from hazbot_gym.task.observation import PERSON_SLOTS, Layout
+from hazbot_gym.task.observation import PERSON_SLOTS, SONAR_RANGE_M, Layout
 from hazbot_gym.utils.json_object import JsonObject
 
 TOLERANCE = 1e-5  # largest difference of an action, which is in [-1, 1]
@@ -28,10 +28,31 @@ class Golden(NamedTuple):
 
 def golden_of(plan: Plan, count: int = COUNT, seed: int = 0) -> Golden:
     """Return seeded observations, one of each round out of bounds, and the policy's actions."""
-    observations = draw(plan.layout, count, seed)
+    observations = observations_for(plan, count, seed)
     observations[ROUND // 2 :: ROUND, 0] = IMPOSSIBLE
     starts = np.arange(count) % ROUND == 0
     return Golden(observations, starts, actions_of(plan, observations, starts))
+
+
+def observations_for(plan: Plan, count: int, seed: int) -> Observations:
+    """Return random observations; their ranges change as in a drive if the policy listens to them.
+
+    Each range moves at a constant velocity, which is drawn again from time to time, as is the range
+    itself: another source.
+    """
+    observations = draw(plan.layout, count, seed)
+    if not plan.listens:
+        return observations
+    rng, sensors = np.random.default_rng(seed), len(plan.layout.sensors)
+    range_m, velocity_mps = rng.uniform(0.3, 4.0, sensors), rng.uniform(-1.5, 1.5, sensors)
+    for row in observations:
+        is_new = rng.uniform(size=(2, sensors)) < 0.04
+        range_m = np.where(is_new[0], rng.uniform(0.3, 4.0, sensors), range_m)
+        velocity_mps = np.where(is_new[1], rng.uniform(-1.5, 1.5, sensors), velocity_mps)
+        range_m = np.clip(range_m + velocity_mps * plan.period_s, 0.2, SONAR_RANGE_M)
+        noise_m = rng.uniform(-0.03, 0.03, sensors)
+        row[:sensors] = np.clip(range_m + noise_m, 0.0, SONAR_RANGE_M) / SONAR_RANGE_M
+    return observations
 
 
 def draw(layout: Layout, count: int, seed: int) -> Observations:
@@ -62,7 +83,7 @@ def actions_of(
     plan: Plan, observations: Observations, starts: npt.NDArray[np.bool_]
 ) -> npt.NDArray[np.float32]:
     """Return the policy's actions on observations one after another."""
-    if not plan.memory:
+    if not plan.has_memory:
         return plan.policy.predict(observations)[0][:, 0]
     state, actions = None, []
     for observation, begins in zip(observations, starts, strict=True):

@@ -68,6 +68,11 @@ def onnx_model(plan: Plan) -> bytes:
             f"format: 'onnx' has no base rule {type(plan.rule).__name__}, as {plan.spec!r} has; "
             "allowed is c"
         )
+    if plan.listens:
+        raise InvalidInput(
+            f"format: 'onnx' has no memory of echoes, by which the base rule of {plan.spec!r} "
+            "estimates people on the tier sonar; allowed is c"
+        )
     graph = _Graph()
     is_valid = _valid(graph, plan)
     safe = graph.add("Where", is_valid, "observation", graph.constant(0.0))

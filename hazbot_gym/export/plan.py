@@ -34,6 +34,16 @@ class Plan(NamedTuple):
     period_s: float
 
     @property
+    def listens(self) -> bool:
+        """Whether the rule estimates people from echoes, which needs a memory of them."""
+        return not self.layout.has_people and isinstance(self.rule, Ssm | FuzzyExpert)
+
+    @property
+    def has_memory(self) -> bool:
+        """Whether an answer depends on earlier observations."""
+        return self.memory > 0 or self.listens
+
+    @property
     def memory(self) -> int:
         """Number of entries of the LSTM's hidden state; 0 without an LSTM."""
         return self.actor.lstm.size if self.actor and self.actor.lstm else 0
@@ -67,7 +77,7 @@ def plan_of(spec: str, tier: str | None = None, *, allow_pickle: bool = False) -
         base, network = None, chosen
     if network is not None and not isinstance(network, TrainedActor):
         raise InvalidInput(f"policy: {spec!r} has a network that cannot be exported")
-    rule = None if base is None else _rule(spec, base, layout)
+    rule = None if base is None else _rule(spec, base)
     actor = None if network is None else network.actor
     return Plan(
         spec, policy, layout, rule, actor, scale, robot.nominal_speed_mps, robot.decision_period_s
@@ -86,7 +96,7 @@ def _layout(policy: Policy, tier: str | None) -> Layout:
     return layout_for(tier or "tracks")
 
 
-def _rule(spec: str, base: Policy, layout: Layout) -> Rule:
+def _rule(spec: str, base: Policy) -> Rule:
     """Return a rule that can be exported."""
     is_known = (
         type(base) is Constant
@@ -97,11 +107,6 @@ def _rule(spec: str, base: Policy, layout: Layout) -> Rule:
         raise InvalidInput(
             f"policy: {spec!r} cannot be exported: allowed are trained networks, the rules "
             f"{RULES}, and networks that correct one of them"
-        )
-    if not layout.has_people and not isinstance(base, Constant):
-        raise InvalidInput(
-            f"tier: {spec!r} on 'sonar' estimates people from echoes, which is not exported; "
-            "allowed is 'tracks'"
         )
     assert isinstance(base, Constant | Ssm | FuzzyExpert)
     return base

@@ -13,8 +13,9 @@ RECORD = read_json(Path(__file__).parents[2] / "benchmarks" / "export.json")
 
 
 @pytest.mark.skipif(bool(export.tools()), reason="needs gcc-arm-none-eabi and qemu-system-arm")
-def test_the_fuzzy_expert_answers_on_a_cortex_m3_as_in_python(tmp_path: Path) -> None:
-    found = export.measure("fuzzy_expert", tmp_path)
+@pytest.mark.parametrize("tier", ["tracks", "sonar"])
+def test_the_fuzzy_expert_answers_on_a_cortex_m3_as_in_python(tier: str, tmp_path: Path) -> None:
+    found = export.measure("fuzzy_expert", tier, tmp_path)
 
     assert found["golden_difference"] <= TOLERANCE
     assert found["difference"]["c"] <= TOLERANCE
@@ -22,6 +23,7 @@ def test_the_fuzzy_expert_answers_on_a_cortex_m3_as_in_python(tmp_path: Path) ->
     assert 1_000 < found["instructions"] < 200_000
     assert 2_000 < found["flash_bytes"] < 16_000
     assert found["ram_bytes"] == 0
+    assert (found["memory_bytes"] > 0) is (tier == "sonar")
 
 
 def test_the_record_is_of_equal_answers_that_fit_the_paper_s_processor() -> None:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
 from hazbot_gym.export.check import STRICT, c_actions, onnx_actions
-from hazbot_gym.export.golden import TOLERANCE, actions_of, draw, golden_of
+from hazbot_gym.export.golden import TOLERANCE, actions_of, draw, golden_of, observations_for
 from hazbot_gym.export.plan import Plan, plan_of
 from hazbot_gym.export.write import ONNX, export
 from hazbot_gym.policies.guard import Observations
@@ -27,6 +28,7 @@ ACTORS: list[dict[str, Any]] = [
     {"residual": {"base": "constant:fraction=0.7", "scale": 0.5}},
     {"tier": "tracks", "lstm": 5, "residual": {"base": "ssm:mode=strict", "scale": 1.0}},
 ]
+LISTENING: dict[str, Any] = {"lstm": 6, "residual": {"base": "fuzzy_expert", "scale": 0.5}}
 RULES = [
     "fuzzy_expert",
     "fuzzy_expert:rules=literal8,pattern=gaussian,t_norm=product",
@@ -35,6 +37,7 @@ RULES = [
     "constant:fraction=0.3",
     "ppo",
 ]
+SONAR_RULES = ["fuzzy_expert:horizon_s=0.5,release=True", "ssm:mode=strict", "ppo"]
 needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
 
 
@@ -44,7 +47,7 @@ def label(actor: dict[str, Any]) -> str:
 
 def inputs_of(plan: Plan) -> tuple[Observations, Any]:
     """Return observations, some not valid, in rounds of 100."""
-    observations = draw(plan.layout, COUNT, seed=1)
+    observations = observations_for(plan, COUNT, seed=1)
     observations[50::1000, 0] = np.nan
     observations[51::1000, 1] = -0.5
     return observations, np.arange(COUNT) % 100 == 0
@@ -58,7 +61,7 @@ def compiled(folder: Path) -> subprocess.CompletedProcess[str]:
 
 
 @needs_gcc
-@pytest.mark.parametrize("actor", ACTORS, ids=label)
+@pytest.mark.parametrize("actor", [*ACTORS, LISTENING], ids=label)
 def test_networks_in_c_answer_as_python(
     actor: dict[str, Any], spec_of: Callable[..., str], tmp_path: Path
 ) -> None:
@@ -74,10 +77,13 @@ def test_networks_in_c_answer_as_python(
 
 
 @needs_gcc
-@pytest.mark.parametrize("spec", RULES)
-def test_rules_in_c_answer_as_python(spec: str, tmp_path: Path) -> None:
-    plan = plan_of(spec)
-    export(spec, "c", tmp_path)
+@pytest.mark.parametrize(
+    ("spec", "tier"),
+    [(spec, "tracks") for spec in RULES] + [(spec, "sonar") for spec in SONAR_RULES],
+)
+def test_rules_in_c_answer_as_python(spec: str, tier: str, tmp_path: Path) -> None:
+    plan = plan_of(spec, tier)
+    export(spec, "c", tmp_path, tier=tier)
     observations, starts = inputs_of(plan)
     expected = actions_of(plan, observations, starts)
 
@@ -157,3 +163,39 @@ def test_drawn_observations_are_people_in_order_with_one_pattern_at_most() -> No
     assert set(seen["person2_present"]) == {0.0, 1.0}
     patterns = ("crossing", "encountering", "leading", "confronting")
     assert set(sum(seen[f"person0_{name}"] for name in patterns)) == {0.0, 1.0}
+
+
+class Heard(NamedTuple):
+    """The fuzzy expert on echoes, with observations and its answers."""
+
+    plan: Plan
+    observations: Observations
+    starts: Any
+    expected: Any
+
+
+@pytest.fixture(scope="module")
+def heard() -> Heard:
+    plan = plan_of("fuzzy_expert", "sonar")
+    observations, starts = inputs_of(plan)
+    return Heard(plan, observations, starts, actions_of(plan, observations, starts))
+
+
+@needs_gcc
+@pytest.mark.parametrize(
+    "constant", ["0.35", "0.25", "1.5", "2.0", "2.5", "0.3", "0.2", "3.9", "0.6", "2.7"]
+)
+def test_the_observations_reach_every_constant_of_the_echo_filter(
+    constant: str, heard: Heard, tmp_path: Path
+) -> None:
+    export(heard.plan.spec, "c", tmp_path, tier="sonar")
+    source = tmp_path / "hazbot_policy.c"
+    parts = r"(?s)(/\* --- people from echoes.*?/\* --- the fuzzy)"
+    head, echoes, rest = re.split(parts, source.read_text())
+    number = rf"(?<![\d.]){re.escape(constant)}\d*(?![\d.]*e)"
+    changed = re.sub(number, f"({constant} + 0.1)", echoes)
+    assert changed != echoes
+    source.write_text(head + changed + rest)
+
+    found = c_actions(heard.plan, tmp_path, heard.observations, heard.starts)
+    assert np.abs(found - heard.expected).max() > TOLERANCE

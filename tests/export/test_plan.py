@@ -17,8 +17,6 @@ from tests.refusals import refused
         ("mpc", None, "mpc ... cannot be exported ... fuzzy_expert"),
         ("ssm:mode=directional", None, "ssm:mode=directional ... ssm:mode=strict"),
         ("fuzzy_reading:reading=centroid", None, "fuzzy_reading"),
-        ("fuzzy_expert", "sonar", "sonar ... echoes ... tracks"),
-        ("ppo", "sonar", "sonar ... echoes ... tracks"),
         ("ppo", "radar", "radar ... sonar"),
     ],
 )
@@ -41,6 +39,8 @@ def test_rules_have_no_onnx(spec_of: Callable[..., str], tmp_path: Path) -> None
     spec = spec_of(tier="tracks", residual={"base": "fuzzy_expert", "scale": 1.0})
     with refused("format ... onnx ... FuzzyExpert ... c"):
         export(spec, "onnx", tmp_path)
+    with refused("format ... onnx ... echoes ... 'ppo' ... c"):
+        export("ppo", "onnx", tmp_path, tier="sonar")
 
 
 def test_files_are_replaced_only_when_asked(tmp_path: Path) -> None:

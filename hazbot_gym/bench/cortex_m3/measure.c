@@ -28,12 +28,12 @@ static __attribute__((noinline)) unsigned act(void)
 {
     unsigned most = 0;
     int i;
-#ifdef HAZBOT_MEMORY
+#ifdef HAZBOT_HAS_MEMORY
     static hazbot_memory memory;
 #endif
     for (i = 0; i < HAZBOT_GOLDEN; i++) {
         unsigned start, taken;
-#ifdef HAZBOT_MEMORY
+#ifdef HAZBOT_HAS_MEMORY
         if (golden_starts[i]) {
             hazbot_reset(&memory);
         }
@@ -67,6 +67,9 @@ int main(void)
     for (deepest = bss_end; *deepest == UNTOUCHED; deepest++) {
     }
     print("ticks=", ticks);
+#ifdef HAZBOT_HAS_MEMORY
+    print("memory=", sizeof(hazbot_memory));
+#endif
     print("stack=", here - (unsigned)deepest);
     for (i = 0; i < HAZBOT_GOLDEN; i++) {
         float difference = actions[i] - golden_actions[i];

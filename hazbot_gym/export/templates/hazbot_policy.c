@@ -194,15 +194,6 @@ static void remember(const float *x, const hazbot_memory *memory, hazbot_memory 
     }
 }
 
-void hazbot_reset(hazbot_memory *memory)
-{
-    int k;
-    for (k = 0; k < HAZBOT_MEMORY; k++) {
-        memory->hidden[k] = 0.0f;
-        memory->cell[k] = 0.0f;
-    }
-}
-
 {% endif %}
 /* Write the network's answer in [-1, 1]; return 0 if an output is not finite. */
 static int network(const float *observation, float *answer{{ ", const hazbot_memory *memory, hazbot_memory *next" if memory else "" }})
@@ -256,36 +247,68 @@ static int network(const float *observation, float *answer{{ ", const hazbot_mem
 }
 
 {% endif %}
+{% if sonar %}
+{% include "sonar.c" %}
+
+{% endif %}
 {% if rule %}
 {% include "rule_%s.c" % rule.kind %}
 
 {% endif %}
 /* --- policy ------------------------------------------------------------------------------------- */
 
-float hazbot_act(const float observation[HAZBOT_WIDTH]{{ ", hazbot_memory *memory" if memory else "" }})
+{% if has_memory %}
+void hazbot_reset(hazbot_memory *memory)
+{
+{% if memory %}
+    int k;
+    for (k = 0; k < HAZBOT_MEMORY; k++) {
+        memory->hidden[k] = 0.0f;
+        memory->cell[k] = 0.0f;
+    }
+{% endif %}
+{% if sonar %}
+    memory->has_begun = 0;
+{% endif %}
+}
+
+{% endif %}
+float hazbot_act(const float observation[HAZBOT_WIDTH]{{ ", hazbot_memory *memory" if has_memory else "" }})
 {
 {% if actor %}
     float answer;
 {% endif %}
-{% if memory %}
+{% if has_memory %}
     hazbot_memory next;
+{% endif %}
+{% if sonar %}
+    float seen[{{ sonar.width }}];
+{% elif rule %}
+    const float *seen = observation;
 {% endif %}
     if (!is_valid(observation)) {
         return -1.0f;
     }
+{% if has_memory %}
+    next = *memory;
+{% endif %}
 {% if actor %}
     if (!network(observation, &answer{{ ", memory, &next" if memory else "" }})) {
         return -1.0f;
     }
-{% if memory %}
+{% endif %}
+{% if sonar %}
+    listen(observation, memory, &next);
+    add_people(observation, &next, seen);
+{% endif %}
+{% if has_memory %}
     *memory = next;
 {% endif %}
-{% if rule %}
-    return clip(2.0f * rule_share(observation) - 1.0f + {{ correction | single }} * answer, -1.0f, 1.0f);
-{% else %}
+{% if actor and rule %}
+    return clip(2.0f * rule_share(seen) - 1.0f + {{ correction | single }} * answer, -1.0f, 1.0f);
+{% elif actor %}
     return answer;
-{% endif %}
 {% else %}
-    return 2.0f * rule_share(observation) - 1.0f;
+    return 2.0f * rule_share(seen) - 1.0f;
 {% endif %}
 }

@@ -11,19 +11,19 @@ int main(void)
 {
     float largest = 0.0f;
     int i;
-{% if memory %}
+{% if has_memory %}
     hazbot_memory memory;
 {% endif %}
     for (i = 0; i < HAZBOT_GOLDEN; i++) {
         float difference;
-{% if memory %}
+{% if has_memory %}
         if (golden_starts[i]) {
             hazbot_reset(&memory);
         }
 {% else %}
         (void)golden_starts;
 {% endif %}
-        difference = hazbot_act(golden_observations[i]{{ ", &memory" if memory else "" }}) - golden_actions[i];
+        difference = hazbot_act(golden_observations[i]{{ ", &memory" if has_memory else "" }}) - golden_actions[i];
         difference = difference < 0.0f ? -difference : difference;
         if (!(difference <= largest)) {
             largest = difference;
