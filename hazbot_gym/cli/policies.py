@@ -144,11 +144,10 @@ def export(
         str | None, typer.Option(help="Tier of the observations; default the policy's, or tracks.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace files that exist.")] = False,
-    allow_pickle: AllowPickle = False,
 ) -> None:
     """Export a policy for a robot's own software, with golden vectors."""
     from hazbot_gym.export.write import export as write_export
 
-    files = write_export(policy, format, out, tier=tier, overwrite=force, allow_pickle=allow_pickle)
+    files = write_export(policy, format, out, tier=tier, overwrite=force)
     for file in files:
         terminal.output_console().print(f"{file.stat().st_size:>9,} bytes  {file}", soft_wrap=True)

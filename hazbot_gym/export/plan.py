@@ -49,20 +49,24 @@ class Plan(NamedTuple):
         return self.actor.lstm.size if self.actor and self.actor.lstm else 0
 
 
-def plan_of(spec: str, tier: str | None = None, *, allow_pickle: bool = False) -> Plan:
+def plan_of(spec: str, tier: str | None = None) -> Plan:
     """Return the plan of a policy.
 
     Args:
         spec: As of ``make_policy``.
         tier: Tier of the observations; default that of a trained policy, ``tracks`` for others.
-        allow_pickle: Whether a ``learned`` zip may execute its pickled code.
 
     Raises:
         InvalidInput: The policy is unknown, or it has a part that cannot be exported; one line.
     """
     if tier is not None and tier not in TIERS:
         raise InvalidInput(f"tier: given {tier!r}, allowed are {', '.join(TIERS)}")
-    policy = make(spec, allow_pickle=allow_pickle)
+    if spec.startswith("learned:") and spec.endswith(".zip"):
+        raise InvalidInput(
+            f"policy: {spec!r} lacks the statistics of its observations; allowed is the .npz that "
+            "training.export.export_model makes of the model"
+        )
+    policy = make(spec)
     layout = _layout(policy, tier)
     observation = np.zeros(layout.width, np.float32)
     policy.predict(observation)  # refuses another tier than the policy's
@@ -105,7 +109,7 @@ def _rule(spec: str, base: Policy) -> Rule:
     )
     if not is_known:
         raise InvalidInput(
-            f"policy: {spec!r} cannot be exported: allowed are trained networks, the rules "
+            f"policy: {spec!r} cannot be exported; allowed are trained networks, the rules "
             f"{RULES}, and networks that correct one of them"
         )
     assert isinstance(base, Constant | Ssm | FuzzyExpert)

@@ -22,7 +22,6 @@ def export(
     *,
     tier: str | None = None,
     overwrite: bool = False,
-    allow_pickle: bool = False,
 ) -> list[Path]:
     """Export a policy; return the files.
 
@@ -32,7 +31,6 @@ def export(
         out: The folder, made if it is missing.
         tier: Tier of the observations; default that of a trained policy, ``tracks`` for others.
         overwrite: Whether to replace files that exist.
-        allow_pickle: Whether a ``learned`` zip may execute its pickled code.
 
     Raises:
         InvalidInput: The policy cannot be exported, or a file exists.
@@ -40,7 +38,7 @@ def export(
     """
     if format not in FORMATS:
         raise InvalidInput(f"format: given {format!r}, allowed are {', '.join(FORMATS)}")
-    files = _files(plan_of(policy, tier, allow_pickle=allow_pickle), format)
+    files = _files(plan_of(policy, tier), format)
     paths = {out / name: content for name, content in files.items()}
     for path in paths:
         if path.exists() and not overwrite:

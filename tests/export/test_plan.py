@@ -18,6 +18,7 @@ from tests.refusals import refused
         ("ssm:mode=directional", None, "ssm:mode=directional ... ssm:mode=strict"),
         ("fuzzy_reading:reading=centroid", None, "fuzzy_reading"),
         ("ppo", "radar", "radar ... sonar"),
+        ("learned:path=model.zip", None, "model.zip ... statistics ... .npz"),
     ],
 )
 def test_what_cannot_be_exported_is_refused(spec: str, tier: str | None, said: str) -> None:
