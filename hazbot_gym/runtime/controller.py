@@ -17,7 +17,14 @@ from hazbot_gym.policies.guard import Actions, Observations
 from hazbot_gym.policies.learned import FromFile, TrainedActor
 from hazbot_gym.policies.residual import Residual
 from hazbot_gym.runtime.people import Encounters, Given, Person
-from hazbot_gym.runtime.readings import Readings, Stop, checked, own_names, refused_by_policy
+from hazbot_gym.runtime.readings import (
+    Readings,
+    Stop,
+    checked,
+    own_names,
+    refused_by_policy,
+    too_old,
+)
 from hazbot_gym.runtime.robot_file import Robot, check_agreement, load_robot, simulated_robot
 from hazbot_gym.task.action import commanded_speed, level_action
 from hazbot_gym.task.observation import KNOWN, TIERS, Layout, layout_for
@@ -195,9 +202,7 @@ class SpeedController:
             self._state, self._begins = None, True
             self._encounters.forget()
             return gap
-        if 0.0 <= age_s <= self._stale_s:
-            return None
-        return Stop("stale", f"readings are {age_s:.3g} s old, allowed is {self._stale_s:g} s")
+        return too_old(age_s, self._stale_s)
 
     def _gap(self, since_s: float) -> Stop | None:
         if since_s <= self._stale_s:

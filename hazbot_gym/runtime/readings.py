@@ -76,6 +76,8 @@ def checked(
         return Readings(ranges, own, _people(people) if layout.has_people else [])
     except _Unusable as error:
         return error.stop
+    except (TypeError, ValueError, AttributeError) as error:  # no numbers, or of another shape
+        return Stop("impossible", f"readings cannot be read: {' '.join(str(error).split())}")
 
 
 def _ranges(
@@ -125,6 +127,17 @@ def _people(given: Given | None) -> list[Person]:
             message = f"people[{i}]: walks faster than {FASTEST_MPS:g} m/s"
             raise _Unusable("impossible", message)
     return people
+
+
+def too_old(age_s: float, allowed_s: float) -> Stop | None:
+    """Return the stop of old readings, or of an age that is none."""
+    try:
+        is_fresh = 0.0 <= float(age_s) <= allowed_s
+    except (TypeError, ValueError):
+        is_fresh = False
+    if is_fresh:
+        return None
+    return Stop("stale", f"readings are of the age {age_s!r} s, allowed is 0 to {allowed_s:g} s")
 
 
 def refused_by_policy(error: HazbotError) -> Stop:

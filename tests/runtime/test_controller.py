@@ -161,6 +161,8 @@ def test_a_residual_policy_has_its_base(tmp_path: Path) -> None:
         ({"yaw_rate_radps": 100.0}, "impossible"),
         ({"age_s": 0.31}, "stale"),
         ({"age_s": math.nan}, "stale"),
+        ({"age_s": None}, "stale"),
+        ({"age_s": -1.0}, "stale"),
     ],
 )
 def test_unusable_readings_stop_the_robot_and_good_ones_start_it_again(

@@ -49,6 +49,10 @@ def test_ranges_are_told_by_name_and_infinity_is_no_echo() -> None:
         ("missing", "people", {"people": None}),
         ("not finite", "people[1].vy_mps", {"people": [(1, 0, 0, 0), (1, 0, 0, math.nan)]}),
         ("impossible", "people[0]", {"people": [(1.0, 0.0, 20.0, 0.0)]}),
+        ("impossible", "vx_mps", {"people": [{"x_m": 1.0, "y_m": 0.0}]}),
+        ("impossible", "'int'", {"people": 5}),
+        ("impossible", "'float'", {"ranges_m": 3.0}),
+        ("impossible", "'fast'", {"speed_mps": "fast"}),
     ],
 )
 def test_what_cannot_be_used_is_named_with_its_cause(
