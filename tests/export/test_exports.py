@@ -118,6 +118,21 @@ def test_the_shipped_policy_in_onnx_answers_as_python(tmp_path: Path) -> None:
 
 
 @needs_gcc
+@pytest.mark.parametrize("level", ["-O0", "-O3", "-Os"])
+def test_c_compiles_without_a_warning_at_every_level_and_calls_no_library(
+    level: str, spec_of: Callable[..., str], tmp_path: Path
+) -> None:
+    export(spec_of(**LISTENING), "c", tmp_path)
+    command = ["gcc", *STRICT, level, "-c", "hazbot_policy.c", "-o", "policy.o"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+
+    missing = subprocess.run(
+        ["nm", "-u", "policy.o"], cwd=tmp_path, check=True, capture_output=True, text=True
+    ).stdout.split()
+    assert set(missing) - {"U"} <= {"memcpy", "memset", "__stack_chk_fail", "_GLOBAL_OFFSET_TABLE_"}
+
+
+@needs_gcc
 def test_the_test_program_fails_for_other_answers(tmp_path: Path) -> None:
     export("constant:fraction=0.3", "c", tmp_path)
     source = tmp_path / "hazbot_policy.c"

@@ -137,18 +137,19 @@ static double exp_of_negative(double x)
 static void apply(const float *x, int inputs, const float *weight, const float *bias, float *y,
                   int outputs)
 {
+    int fours = inputs - inputs % 4;
     int j, k;
     for (k = 0; k < outputs; k++) {
         y[k] = bias[k];
     }
-    for (j = 0; j + 3 < inputs; j += 4) {
+    for (j = 0; j < fours; j += 4) {
         const float *w = weight + j * outputs;
         for (k = 0; k < outputs; k++) {
             y[k] = y[k] + x[j] * w[k] + x[j + 1] * w[outputs + k] + x[j + 2] * w[2 * outputs + k]
                    + x[j + 3] * w[3 * outputs + k];
         }
     }
-    for (; j < inputs; j++) {
+    for (j = fours; j < inputs; j++) {
         for (k = 0; k < outputs; k++) {
             y[k] += x[j] * weight[j * outputs + k];
         }

@@ -1,8 +1,8 @@
 /* {{ spec }}: a speed policy of hazbot_gym {{ version }} in C99, made by `hazbot export`.
  *
  * It chooses the speed of a robot along its path. It has no heap, no global state and no library:
- * tanh, exp, sine and square root are written out. Compile it without -ffast-math, which would remove
- * the check for NaN.
+ * tanh, exp, sine and square root are written out, and a compiler calls at most memcpy and memset.
+ * Compile it without -ffast-math, which would remove the check for NaN.
  *
  * No policy of hazbot_gym has driven a real robot. Use a safety layer that can stop the robot.
  */
