@@ -213,6 +213,9 @@ def gas(template: str, record: Record, *, name: str) -> str:
         rounds=record["search"]["rounds"],
         expert_at_most=headroom.percent(GAS_EXPERT_AT_MOST),
         rule_at_most=headroom.percent(RULE_AT_MOST),
+        wide=_names(
+            [env for env, each in record["environments"].items() if headroom.has_room(each)]
+        ),
         policies=table(headroom.SURVEY, headroom.survey_rows(record)),
     )
 

@@ -11,11 +11,16 @@ from hazbot_gym.cli import app
 from hazbot_gym.config import make_config
 from hazbot_gym.evaluation.oracle import headroom
 from hazbot_gym.evaluation.oracle.headroom import Scenarios
-from hazbot_gym.evaluation.oracle.headroom_report import has_room, rule_rows, unit_rows
+from hazbot_gym.evaluation.oracle.headroom_report import (
+    has_room,
+    rule_rows,
+    survey_rows,
+    unit_rows,
+)
 from hazbot_gym.evaluation.oracle.trajectory_search import Effort
 from hazbot_gym.policies.sweeps import SWEEPS, sweep
 from hazbot_gym.utils.files import read_json
-from tests.refusals import says
+from tests.refusals import refused, says
 
 RECORDS = Path(__file__).parents[3] / "benchmarks"
 SHORT: dict[str, Any] = {"place_options": {"length_m": 5.0}, "max_episode_steps": 250}
@@ -61,16 +66,37 @@ def test_every_family_of_rules_is_compared() -> None:
 
 def test_five_or_more_environments_have_room() -> None:
     record = read_json(RECORDS / "headroom.json")
-    known = headroom.environments()
-    without_gas = {name for name in known if headroom.headroom_config(name).gas is None}
-    assert without_gas <= set(record["environments"]) <= set(known)
+    assert set(record["environments"]) == set(headroom.environments())
     assert sum(has_room(found) for found in record["environments"].values()) >= 5
     assert record["episodes"] >= 100
 
 
-def test_the_record_is_consistent() -> None:
-    record = read_json(RECORDS / "headroom.json")
-    assert len(rule_rows(record)) == len(headroom.RULES) * len(record["environments"])
+def test_environments_with_gas_have_room() -> None:
+    record = read_json(RECORDS / "headroom_gas.json")
+    assert set(record["environments"]) == set(headroom.environments(has_gas=True))
+    for found in record["environments"].values():
+        assert has_room(found)
+        assert found["expert"]["share"] < headroom.GAS_EXPERT_AT_MOST < headroom.EXPERT_AT_MOST
+        found_leaks = [row["leak_found"] for row in found["constants"]]
+        assert found_leaks == sorted(found_leaks)  # the slower, the more
+    assert record["episodes"] >= 100
+    rows = len(headroom.GAS_RULES) + len(headroom.CONSTANTS) + 3
+    assert len(survey_rows(record)) == rows * len(record["environments"])
+
+
+def test_environments_with_and_without_gas_are_not_compared_at_once() -> None:
+    assert headroom.has_gas(["Inspection-v1", "InspectionEmpty-v1"])
+    assert not headroom.has_gas(["Corridor-v1"])
+    with refused("env ... Inspection-v1 ... without"):
+        headroom.has_gas(["Corridor-v1", "Inspection-v1"])
+
+
+@pytest.mark.parametrize(
+    ("name", "families"), [("headroom", headroom.RULES), ("headroom_gas", headroom.GAS_RULES)]
+)
+def test_the_record_is_consistent(name: str, families: tuple[str, ...]) -> None:
+    record = read_json(RECORDS / f"{name}.json")
+    assert len(rule_rows(record)) == len(families) * len(record["environments"])
     assert len(unit_rows(record)) == 4 * len(record["environments"])
     for found in record["environments"].values():
         assert found["best"]["return"] == pytest.approx(found["best"]["bound"], abs=0.05)
