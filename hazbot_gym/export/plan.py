@@ -35,12 +35,12 @@ class Plan(NamedTuple):
 
     @property
     def listens(self) -> bool:
-        """Whether the rule estimates people from echoes, which needs a memory of them."""
+        """True if the rule estimates people from echoes, which needs a memory of them."""
         return not self.layout.has_people and isinstance(self.rule, Ssm | FuzzyExpert)
 
     @property
     def has_memory(self) -> bool:
-        """Whether an answer depends on earlier observations."""
+        """True if an answer depends on earlier observations."""
         return self.memory > 0 or self.listens
 
     @property

@@ -44,8 +44,9 @@ class Alone:
         places = source.table.places._replace(paths=readable(source.table.places.paths))
         self.surroundings = Surroundings(places, source.table.recorded)
         worlds = allocate(
-            2, len(scenario.people), len(config.sensors.ring), tracker_latency=0, drive_latency=0
-        )
+            2, len(scenario.people), len(config.sensors.ring), tracker_latency=0,
+            drive_latency=0, has_gas=False,
+        )  # fmt: skip
         self.worlds = Worlds(*map(readable, worlds))
         self.worlds.people[0] = scenario.people
         self.worlds.keys[0] = key
@@ -129,7 +130,7 @@ def test_the_error_at_the_end_of_a_decision_is_the_true_one() -> None:
 
 
 def test_worlds_are_arrays_of_a_row_each() -> None:
-    worlds = allocate(7, 3, 4, tracker_latency=2, drive_latency=4)
+    worlds = allocate(7, 3, 4, tracker_latency=2, drive_latency=4, has_gas=True)
     assert {array.shape[0] for array in worlds} == {7}
     assert worlds.wheels.shape == (7, 2)
     assert worlds.ranges.shape == (7, 4)
