@@ -206,6 +206,9 @@ def headroom_by_environment(
 
 def gas(template: str, record: Record, *, name: str) -> str:
     """Return the page on gas; arguments as for ``performance``."""
+    empty = record["environments"]["InspectionEmpty-v1"]
+    steady = max(empty["constants"], key=lambda row: row["return"])
+    rules = [row["return"] for row in empty["rules"].values()]
     return Template(template).substitute(
         record=name,
         episodes=record["episodes"],
@@ -213,6 +216,9 @@ def gas(template: str, record: Record, *, name: str) -> str:
         rounds=record["search"]["rounds"],
         expert_at_most=headroom.percent(GAS_EXPERT_AT_MOST),
         rule_at_most=headroom.percent(RULE_AT_MOST),
+        steady=steady["policy"],
+        beaten=sum(each < steady["return"] for each in rules),
+        rules=len(rules),
         wide=_names(
             [env for env, each in record["environments"].items() if headroom.has_room(each)]
         ),
