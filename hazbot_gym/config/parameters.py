@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field, model_validator
 from hazbot_gym.config.section import Loose, Section
 from hazbot_gym.core.fuzzy_pid import FuzzyPid
 from hazbot_gym.core.gas import Plume
-from hazbot_gym.core.gas_sensor import GasSensor
+from hazbot_gym.core.gas_sensor import GasSensorChoice
 from hazbot_gym.core.kinematics import Chassis
 from hazbot_gym.core.line_sensor import LineSensor
 from hazbot_gym.core.pid import PidGains, Plant
@@ -187,7 +187,7 @@ class Gas(Section):
     """Gas: a leak somewhere along the path, its plume, and the sensor that the robot carries."""
 
     # core/gas_sensor.py, by name or in full
-    sensor: Literal["TGS2611", "TGS2620", "TGS2600"] | GasSensor = "TGS2611"
+    sensor: GasSensorChoice = "TGS2611"
     leak_share: Annotated[float, Ge(0), Le(1)] = 0.7  # share of episodes with a leak
     # Lowest and highest, our choice: from leaks that are missed to leaks that no one misses
     strength_ppm: Annotated[tuple[Positive, Positive], Loose] = (5.0, 50.0)  # 1 m downwind

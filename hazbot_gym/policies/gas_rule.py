@@ -24,15 +24,11 @@ class GasRule(PeopleRule):
     After an alarm there is nothing left to find, and only the people count.
     """
 
+    slow: float  # share of the nominal speed while it inspects
     people: PeopleRules
 
     def inspects(self, seen: dict[str, Floats]) -> npt.NDArray[np.bool_]:
         """Return True where decoded observations call for the slow speed, shape (...)."""
-        raise NotImplementedError
-
-    @property
-    def slow_share(self) -> float:
-        """Share of the nominal speed while it inspects."""
         raise NotImplementedError
 
     def speed_share(self, observation: Observations) -> npt.ArrayLike:
@@ -49,7 +45,7 @@ class GasRule(PeopleRule):
             )
         seen = layout.decode(observation)
         is_slow = self.inspects(seen) & (seen["gas_alarmed"] < 0.5)
-        share = np.where(is_slow, self.slow_share, 1.0)
+        share = np.where(is_slow, self.slow, 1.0)
         if self._people_rule is None:
             return share
         return np.minimum(share, self._people_rule.speed_share(observation))

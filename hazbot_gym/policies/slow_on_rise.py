@@ -26,11 +26,6 @@ class SlowOnRise(GasRule):
     slow: Annotated[float, Ge(0), Le(1)] = 0.2  # share of the nominal speed
     people: PeopleRules = "none"
 
-    @property
-    def slow_share(self) -> float:
-        """Share of the nominal speed while it inspects."""
-        return self.slow
-
     def inspects(self, seen: dict[str, Floats]) -> npt.NDArray[np.bool_]:
         """Return True where the reading rises; see ``GasRule``."""
         return seen["gas_rate_per_s"] > self.rise_per_s

@@ -31,11 +31,6 @@ class UndoLag(GasRule):
     lag_s: Annotated[float, Ge(0), Le(60)] = 3.44  # tau of the sensor's rise (TGS2611)
     people: PeopleRules = "none"
 
-    @property
-    def slow_share(self) -> float:
-        """Share of the nominal speed while it inspects."""
-        return self.slow
-
     def inspects(self, seen: dict[str, Floats]) -> npt.NDArray[np.bool_]:
         """Return True where the sensor heads for the level; see ``GasRule``."""
         return seen["gas_reading"] + self.lag_s * seen["gas_rate_per_s"] > self.level

@@ -1,8 +1,8 @@
 """PPO of Stable-Baselines3, with rollouts and updates on whole arrays.
 
-The algorithm is unchanged (Schulman et al. 2017; the loss, the advantages and the order of
-minibatches are those of ``stable_baselines3.PPO``), and so are its random numbers. Only the work is
-arranged otherwise:
+The algorithm is unchanged (Schulman et al. 2017): actions, advantages and loss are those of
+``stable_baselines3.PPO``, up to rounding. Torch's generator also draws the minibatches, NumPy's
+there. Otherwise only the work is arranged in another way:
 
 - A rollout computes the actor's mean alone at every step. Log probabilities and values follow at
   the end, for all steps at once.
@@ -83,7 +83,7 @@ class ArrayPPO(PPO):
         cut_off: list[tuple[int, int, Observations]] = []
         for step in range(n_rollout_steps):
             with torch.no_grad():
-                mean = mean_action(policy, torch.as_tensor(seen))
+                mean = mean_action(policy, features_of(policy, torch.as_tensor(seen)))
                 actions = torch.normal(mean, std.expand_as(mean)).numpy()
             rollout_buffer.observations[step] = seen
             rollout_buffer.actions[step] = actions
@@ -158,7 +158,7 @@ class ArrayPPO(PPO):
             for step in range(buffer.buffer_size):
                 seen = torch.as_tensor(buffer.observations[step])
                 features = features_of(policy, seen)
-                mean = policy.action_net(policy.mlp_extractor.forward_actor(features))
+                mean = mean_action(policy, features)
                 value = policy.value_net(policy.mlp_extractor.forward_critic(features))
                 actions = torch.as_tensor(buffer.actions[step])
                 buffer.log_probs[step] = log_prob(actions, mean, policy.log_std).numpy()
@@ -209,7 +209,7 @@ class ArrayPPO(PPO):
         """Return a chunk's part of the gradient, None for unused parameters, and its losses."""
         policy = self.policy
         features = features_of(policy, chunk.observations)
-        mean = policy.action_net(policy.mlp_extractor.forward_actor(features))
+        mean = mean_action(policy, features)
         values = policy.value_net(policy.mlp_extractor.forward_critic(features)).flatten()
         log_ratio = log_prob(chunk.actions, mean, policy.log_std) - chunk.old_log_prob
         ratio = log_ratio.exp()
@@ -247,9 +247,8 @@ def features_of(policy: ActorCriticPolicy, observations: torch.Tensor) -> torch.
     return cast(torch.Tensor, policy.features_extractor(observations))
 
 
-def mean_action(policy: ActorCriticPolicy, observations: torch.Tensor) -> torch.Tensor:
+def mean_action(policy: ActorCriticPolicy, features: torch.Tensor) -> torch.Tensor:
     """Return the mean of the actor's Gaussian (n, 1)."""
-    features = features_of(policy, observations)
     return cast(torch.Tensor, policy.action_net(policy.mlp_extractor.forward_actor(features)))
 
 

@@ -60,7 +60,7 @@ GAS_RULES = (
     ),
 )
 CONSTANTS = tuple(f"constant:fraction={each:g}" for each in (1.0, 0.8, 0.6, 0.4, 0.2))  # with gas
-SLOW_STARTS = CONSTANTS[3:]  # of the search for leaks
+SLOW_STARTS = slice(3, None)  # of these, from which the search for leaks starts, too
 FRACTIONS, STOPS_M = (1.0, 0.8, 0.6, 0.4), (0.0, 0.3, 0.5, 0.8, 1.2, 2.0)  # grid of the zero
 EXPERT_AT_MOST, RULE_AT_MOST = 0.70, 0.85  # of the span, in an environment with headroom
 GAS_EXPERT_AT_MOST = 0.60  # the same with gas, to which the expert is blind
@@ -210,8 +210,8 @@ def headroom(
     expert, full_speed = play(test, EXPERT), play(test, FULL_SPEED)
     played = {family: play(test, _tuned(tuning, family)) for family in size.rules}
     starts = [zero, expert, full_speed, *played.values()]
-    if config.gas is not None:
-        starts += [play(test, spec) for spec in SLOW_STARTS]
+    steady = [] if config.gas is None else [play(test, spec) for spec in CONSTANTS]
+    starts += steady[SLOW_STARTS]
     found = best_drives(test, starts, size.effort, on_progress)
     top = np.array([each.value for each in found])
     halfway = np.array([each.halfway for each in found])
@@ -226,7 +226,7 @@ def headroom(
         }
 
     return {
-        **({} if config.gas is None else {"constants": constants(test)}),
+        **({"constants": [_row(run) for run in steady]} if steady else {}),
         "full_speed_contacts": full_speed.contacts,
         "zero": _row(zero),
         "best": _row(play(test, plan_of(found), name=BEST)) | {"bound": float(top.mean())},
@@ -236,11 +236,6 @@ def headroom(
         "speeds": speed_shares(each.actions for each in found),
         "speeds_of_expert": speed_shares(_speeds(config, each) for each in expert.episodes),
     }
-
-
-def constants(test: Scenarios) -> list[JsonObject]:
-    """Return the drives at constant speeds, which show what the gas sensor's lag costs."""
-    return [_row(play(test, spec)) for spec in CONSTANTS]
 
 
 def play(scenarios: Scenarios, spec: str | Policy, *, name: str = "") -> Played:
