@@ -152,10 +152,8 @@ class CorridorVecEnv(VecEnv):
         self.terms, self.costs = _decision_of(info, self._term_names)
         infos = self._infos(info["time_s"])
         if len(ends):
-            fresh = _by_world(info, ends)
-            last = _by_world(info["final_info"], ends)
-            for i, start, end in zip(ends, fresh, last, strict=True):
-                self.reset_infos[i], self._starts[i] = start, _running(start)
+            self.note_resets(info, ends)
+            for i, end in zip(ends, _by_world(info["final_info"], ends), strict=True):
                 infos[i] = end | {"TimeLimit.truncated": bool(truncated[i])}
         if self._singles:
             self._singles.note(rewards, terminated, truncated, infos)
@@ -179,6 +177,11 @@ class CorridorVecEnv(VecEnv):
                     "terminal_observation": step.info["final_obs"][k],
                 }
         return step.observations.copy(), step.rewards.astype(np.float32), step.ended, infos
+
+    def note_resets(self, info: Info, rows: npt.NDArray[np.int64]) -> None:
+        """Take over the infos of worlds that were reset in a step of ``worlds``."""
+        for i, start in zip(rows.tolist(), _by_world(info, rows), strict=True):
+            self.reset_infos[i], self._starts[i] = start, _running(start)
 
     def _infos(self, time_s: Floats) -> list[Info]:
         """Return the infos of running worlds: those of their resets with updates."""

@@ -9,6 +9,11 @@ there. Otherwise only the work is arranged in another way:
 - The gradient of a minibatch is the sum over chunks that fit into the processor's cache. Threads
   share the chunks; the order of the sum is fixed, so that results do not depend on their number.
 
+With ``desired_kl`` the learning rate follows the KL divergence between the policies before and
+after an update: after each minibatch it is divided by 1.5 above twice the desired divergence and
+multiplied by 1.5 below half of it (the adaptive schedule of RSL-RL, Rudin et al., CoRL 2021). The
+desired divergence falls linearly to 0 over the training, so that the policy comes to rest.
+
 Discrete actions, state-dependent exploration and clipped value losses use the methods of
 Stable-Baselines3.
 """
@@ -33,6 +38,7 @@ from hazbot_gym.envs.arguments import Info
 from hazbot_gym.policies.guard import Flags, Observations
 
 CHUNK = 2048  # decisions whose gradient is computed at once: their activations fit into the cache
+LR_STEP, LR_LEAST, LR_MOST = 1.5, 1e-5, 1e-2  # of the learning rate that follows the KL divergence
 HALF_LOG_2_PI = 0.5 * float(np.log(2.0 * np.pi))
 
 
@@ -60,9 +66,22 @@ class ArrayPPO(PPO):
 
     Attributes:
         threads: Number of threads of an update.
+        desired_kl: Desired KL divergence of an update at the start of the training, or None.
     """
 
     threads = 1
+
+    def __init__(self, *args: Any, desired_kl: float | None = None, **kwargs: Any) -> None:
+        """Make a model; see ``stable_baselines3.PPO``.
+
+        Args:
+            *args: Arguments of ``stable_baselines3.PPO``.
+            desired_kl: Desired KL divergence of an update. The learning rate given is then the
+                first one. None: the learning rate is as given.
+            **kwargs: Arguments of ``stable_baselines3.PPO``.
+        """
+        self.desired_kl = desired_kl
+        super().__init__(*args, **kwargs)
 
     def collect_rollouts(
         self,
@@ -114,7 +133,8 @@ class ArrayPPO(PPO):
             super().train()
             return
         self.policy.set_training_mode(True)
-        self._update_learning_rate(self.policy.optimizer)
+        if self.desired_kl is None:
+            self._update_learning_rate(self.policy.optimizer)
         clip_range = cast(Any, self.clip_range)(self._current_progress_remaining)
         buffer, noted = self.rollout_buffer, list[Losses]()
         whole = _flattened(buffer)
@@ -140,6 +160,19 @@ class ArrayPPO(PPO):
             and not policy.squash_output
             and policy.share_features_extractor
         )
+
+    def _follow(self, kl: float) -> None:
+        """Adapt the learning rate to the KL divergence of the update so far."""
+        if self.desired_kl is None:
+            return
+        desired, (group,) = self.desired_kl * self._current_progress_remaining, self._groups()
+        if kl > 2.0 * desired:
+            group["lr"] = max(group["lr"] / LR_STEP, LR_LEAST)
+        elif kl < 0.5 * desired:
+            group["lr"] = min(group["lr"] * LR_STEP, LR_MOST)
+
+    def _groups(self) -> list[dict[str, Any]]:
+        return self.policy.optimizer.param_groups
 
     def _note_ends(self, infos: list[Info], dones: Flags) -> None:
         ends = np.flatnonzero(dones)
@@ -179,6 +212,7 @@ class ArrayPPO(PPO):
             noted.append(Losses(*(each / len(rows) for each in found)))
             if self.target_kl is not None and noted[-1].kl > 1.5 * self.target_kl:
                 return noted, False
+            self._follow(noted[-1].kl)
             torch.nn.utils.clip_grad_norm_(self.policy.parameters(), self.max_grad_norm)
             self.policy.optimizer.step()
         return noted, True
@@ -230,6 +264,8 @@ class ArrayPPO(PPO):
         entropy = (policy.log_std + 0.5 + HALF_LOG_2_PI).sum().item()
         loss = last[-1].policy + self.vf_coef * last[-1].value - self.ent_coef * entropy
         explained = explained_variance(buffer.values.flatten(), buffer.returns.flatten())
+        if self.desired_kl is not None:
+            self.logger.record("train/learning_rate", self._groups()[0]["lr"])
         self.logger.record("train/entropy_loss", -entropy)
         self.logger.record("train/policy_gradient_loss", means.policy)
         self.logger.record("train/value_loss", means.value)

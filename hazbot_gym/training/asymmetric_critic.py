@@ -32,19 +32,16 @@ class TimeLeft(VecEnvWrapper):
         assert isinstance(space, gymnasium.spaces.Box)
         low, high = np.append(space.low, np.float32(0.0)), np.append(space.high, np.float32(1.0))
         super().__init__(envs, gymnasium.spaces.Box(low, high))
-        combined = cast(CombinedEnvs, envs.unwrapped)
-        self._horizon = combined.of_each_world(lambda config: config.max_episode_steps)
-        self._steps = np.zeros(self.num_envs)
+        self._envs = cast(CombinedEnvs, envs.unwrapped)
+        self._horizon = self._envs.of_each_world(lambda config: config.max_episode_steps)
 
     def reset(self) -> VecEnvObs:
         """Start new episodes everywhere."""
-        self._steps[:] = 0.0
         return self._with_time(cast(Observations, self.venv.reset()))
 
     def step_wait(self) -> VecEnvStepReturn:
         """Take one decision in every world."""
         observations, rewards, dones, infos = self.venv.step_wait()
-        self._steps = np.where(dones, 0.0, self._steps + 1.0)
         for i in np.flatnonzero(dones):
             last = infos[i]["terminal_observation"]
             infos[i]["terminal_observation"] = np.append(last, np.float32(0.0))
@@ -54,7 +51,7 @@ class TimeLeft(VecEnvWrapper):
         width = observations.shape[1]
         timed = aligned(self.num_envs, width + 1)
         timed[:, :width] = observations
-        timed[:, width] = 1.0 - self._steps / self._horizon
+        timed[:, width] = 1.0 - self._envs.steps / self._horizon
         return timed
 
 

@@ -21,6 +21,7 @@ from hazbot_gym.envs.sb3 import CorridorVecEnv
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.guard import Flags, Observations
 from hazbot_gym.task.reward import TERMS, terms_of
+from hazbot_gym.training.staggered_starts import stagger
 
 PROGRESS = TERMS.index("progress")
 
@@ -32,14 +33,20 @@ class CombinedEnvs(VecEnv):
         term_names: Names of the reward terms.
         terms: (N, terms) unweighted reward terms of the last decision.
         costs: (N,) its safety costs.
+        steps: (N,) decisions taken in each running episode.
+        advance: (N,) its progress, in decisions at nominal speed.
+        times_free_s: (N,) time of a free drive along its path [s].
     """
 
-    def __init__(self, parts: Sequence[VecEnv], configs: Sequence[Config]) -> None:
+    def __init__(
+        self, parts: Sequence[VecEnv], configs: Sequence[Config], *, staggered: bool = False
+    ) -> None:
         """Combine environments.
 
         Args:
             parts: Each a ``CorridorVecEnv`` or a ``DummyVecEnv`` of corridor environments.
             configs: The config of each part.
+            staggered: Whether worlds start in different phases, see ``staggered_starts``.
         """
         self.parts, self.configs = list(parts), list(configs)
         self.sizes = [part.num_envs for part in parts]
@@ -47,18 +54,18 @@ class CombinedEnvs(VecEnv):
         self.slices = [slice(end - size, end) for end, size in zip(ends, self.sizes, strict=True)]
         self.term_names = terms_of(configs[0])  # parts with equal observations have equal terms
         self.terms, self.costs = np.zeros((ends[-1], len(self.term_names))), np.zeros(ends[-1])
+        self.steps, self.advance = np.zeros(ends[-1]), np.zeros(ends[-1])
+        self.times_free_s = np.zeros(ends[-1])
+        self._staggered, self._seed = staggered, 0
         super().__init__(ends[-1], parts[0].observation_space, parts[0].action_space)
 
     def of_each_world(self, value: Callable[[Config], float]) -> Floats:
         """Return a value of the config of each world (N,)."""
         return np.repeat(np.array([value(config) for config in self.configs]), self.sizes)
 
-    def times_free_s(self) -> Floats:
-        """Return the time of a free drive [s] in each world's running episode (N,)."""
-        return np.array([info["time_free_s"] for info in self.reset_infos], float)
-
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
         """Seed all worlds at the next reset: world i with ``seed + i``."""
+        self._seed = seed or 0
         for part, own in zip(self.parts, self.slices, strict=True):
             part.seed(None if seed is None else seed + own.start)
         return [None if seed is None else seed + i for i in range(self.num_envs)]
@@ -66,7 +73,10 @@ class CombinedEnvs(VecEnv):
     def reset(self) -> Observations:
         """Start new episodes everywhere."""
         observations = [cast(Observations, part.reset()) for part in self.parts]
-        self.reset_infos = [info for part in self.parts for info in part.reset_infos]
+        self.steps[:], self.advance[:] = 0.0, 0.0
+        self._note_times(np.arange(self.num_envs))
+        if self._staggered:
+            observations = self._stagger()
         return joined(observations)
 
     def step_async(self, actions: npt.NDArray[np.generic]) -> None:
@@ -80,8 +90,10 @@ class CombinedEnvs(VecEnv):
         rewards, dones = (np.concatenate([step[k] for step in steps]) for k in (1, 2))
         for part, own, step in zip(self.parts, self.slices, steps, strict=True):
             self.terms[own], self.costs[own] = _decision_of(part, step[3])
-            for i in np.flatnonzero(dones[own]):
-                self.reset_infos[own.start + i] = part.reset_infos[i]
+        self.steps += 1.0
+        self.advance += self.terms[:, PROGRESS]
+        self.steps[dones], self.advance[dones] = 0.0, 0.0
+        self._note_times(np.flatnonzero(dones))
         observations = [cast(Observations, step[0]) for step in steps]
         return joined(observations), rewards, dones, [info for step in steps for info in step[3]]
 
@@ -108,6 +120,25 @@ class CombinedEnvs(VecEnv):
     def env_is_wrapped(self, wrapper_class: type, indices: VecEnvIndices = None) -> list[bool]:
         """Return False for every world."""
         return [False for _ in self._get_indices(indices)]
+
+    def _note_times(self, worlds: npt.NDArray[np.int64]) -> None:
+        """Note the free times of episodes that have just begun."""
+        for part, own in zip(self.parts, self.slices, strict=True):
+            for i in worlds[(worlds >= own.start) & (worlds < own.stop)].tolist():
+                self.times_free_s[i] = part.reset_infos[i - own.start]["time_free_s"]
+
+    def _stagger(self) -> list[Observations]:
+        """Drive each world along a random part of its path."""
+        decision_s = self.of_each_world(lambda config: config.clock.decision_s)
+        shares = np.random.default_rng(self._seed).random(self.num_envs)
+        decisions = (shares * self.times_free_s / decision_s).astype(np.int64)
+        observations = []
+        for part, own in zip(self.parts, self.slices, strict=True):
+            started = stagger(cast(CorridorVecEnv, part), decisions[own])
+            self.steps[own], self.advance[own] = started.steps, started.advance
+            observations.append(started.observations)
+        self._note_times(np.arange(self.num_envs))
+        return observations
 
 
 def joined(parts: Sequence[Observations]) -> Observations:

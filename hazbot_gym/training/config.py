@@ -85,6 +85,7 @@ class TrainConfig(Section):
     reward_scale: Annotated[float, Gt(0)] = 0.05  # logged returns are unscaled
     shaping: Literal["none", "free_drive"] = "none"  # free_drive: see training/shaping.py
     hidden: Names = ()  # fields masked from networks (training/feature_mask.py), with *
+    staggered_starts: bool = False  # see training/staggered_starts.py; on the batched engine
     asymmetric_critic: bool = False  # whether the critic observes the time left; only for ppo
     imitation: Annotated[Imitation | None, Field(validate_default=True)] = None  # ppo, bc, dagger
     residual: Residual | None = None  # residual policy; for ppo and recurrent_ppo

@@ -2,12 +2,10 @@
 
 As in Stable-Baselines3's Monitor, the last info of every episode holds under ``episode`` its return
 ``r`` and length ``l``; here also the sum of each reward term, the cost, the time ratio and the mean
-speed.
+speed. Episodes with a staggered start are left out.
 """
 
 from __future__ import annotations
-
-from typing import cast
 
 import numpy as np
 from stable_baselines3.common.vec_env import VecEnvWrapper
@@ -31,7 +29,8 @@ class EpisodeMonitor(VecEnvWrapper):
         """Start new episodes everywhere."""
         observations = self.venv.reset()
         self._sums[:] = 0.0
-        self._free_s = self._envs.times_free_s()
+        self._free_s = self._envs.times_free_s.copy()
+        self._is_whole = self._envs.steps == 0.0
         return observations
 
     def step_wait(self) -> VecEnvStepReturn:
@@ -42,7 +41,10 @@ class EpisodeMonitor(VecEnvWrapper):
         self._sums[:, -2] += rewards
         self._sums[:, -1] += 1.0
         for i in np.flatnonzero(dones).tolist():
-            infos[i]["episode"] = self._close(i)
+            sums = self._close(i)
+            if self._is_whole[i]:
+                infos[i]["episode"] = sums
+            self._is_whole[i] = True
         return observations, rewards, dones, infos
 
     def _close(self, i: int) -> dict[str, float]:
@@ -52,5 +54,5 @@ class EpisodeMonitor(VecEnvWrapper):
         sums["time_ratio"] = float(length * self._decision_s[i] / self._free_s[i])
         sums["speed_mps"] = float(self._sums[i, PROGRESS] / length * self._nominal_mps[i])
         self._sums[i] = 0.0
-        self._free_s[i] = cast(float, self._envs.reset_infos[i]["time_free_s"])
+        self._free_s[i] = self._envs.times_free_s[i]
         return sums

@@ -73,7 +73,8 @@ class EpisodeLog(BaseCallback):
 
     def _on_step(self) -> bool:
         infos = self.locals["infos"]
-        self._ended += [infos[i] for i in np.flatnonzero(self.locals["dones"])]
+        ended = [infos[i] for i in np.flatnonzero(self.locals["dones"])]
+        self._ended += [info for info in ended if "episode" in info]
         return True
 
     def _on_rollout_start(self) -> None:

@@ -118,4 +118,5 @@ class PPOLagrangian(ArrayPPO):
 
     def _update_info_buffer(self, infos: list[Info], dones: Flags | None = None) -> None:
         super()._update_info_buffer(infos, dones)
-        self.ended += [infos[i]["episode"]["cost"] for i in np.flatnonzero(cast(Flags, dones))]
+        ended = [infos[i] for i in np.flatnonzero(cast(Flags, dones))]
+        self.ended += [info["episode"]["cost"] for info in ended if "episode" in info]

@@ -24,7 +24,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
 from hazbot_gym.core.state import Floats
-from hazbot_gym.training.combined_envs import PROGRESS, CombinedEnvs
+from hazbot_gym.training.combined_envs import CombinedEnvs
 
 
 class ShapedRewards(VecEnvWrapper):
@@ -38,24 +38,17 @@ class ShapedRewards(VecEnvWrapper):
         self._arrival = self._envs.of_each_world(lambda config: config.reward.arrival)
         self._horizon = self._envs.of_each_world(lambda config: config.max_episode_steps)
         self._decision_s = self._envs.of_each_world(lambda config: config.clock.decision_s)
-        self._advance, self._steps = np.zeros(self.num_envs), np.zeros(self.num_envs)
 
     def reset(self) -> VecEnvObs:
         """Start new episodes everywhere."""
         observations = self.venv.reset()
-        self._advance[:], self._steps[:] = 0.0, 0.0
-        self._path = self._envs.times_free_s() / self._decision_s
         self._potential = self.potential()
         return observations
 
     def step_wait(self) -> VecEnvStepReturn:
         """Take one decision in every world."""
         observations, rewards, dones, infos = self.venv.step_wait()
-        self._advance += self._envs.terms[:, PROGRESS]
-        self._steps += 1.0
         for i in np.flatnonzero(dones):
-            self._advance[i], self._steps[i] = 0.0, 0.0
-            self._path[i] = self._envs.reset_infos[i]["time_free_s"] / self._decision_s[i]
             infos[i]["TimeLimit.truncated"] = False  # already part of the potential
         before, self._potential = self._potential, self.potential()
         shaped = rewards + np.where(dones, 0.0, self._potential) - before
@@ -63,7 +56,8 @@ class ShapedRewards(VecEnvWrapper):
 
     def potential(self) -> Floats:
         """Return Phi (N,) of the running episodes."""
-        left = np.maximum(self._path - self._advance, 0.0)
-        time_left_s = (self._horizon - self._steps - left) * self._decision_s
+        envs = self._envs
+        left = np.maximum(envs.times_free_s / self._decision_s - envs.advance, 0.0)
+        time_left_s = (self._horizon - envs.steps - left) * self._decision_s
         found: Floats = self._progress * left + self._arrival * time_left_s
         return found

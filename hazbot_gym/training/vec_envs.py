@@ -57,7 +57,9 @@ def make_envs(config: TrainConfig) -> VecEnvWrapper:
         given = ", ".join(config.env)
         raise InvalidInput(f"env: given {given}, allowed are environments all with gas, or none")
     parts = [make(*each, config.threads) for each in zip(configs, sizes, strict=True)]
-    envs: VecEnvWrapper = EpisodeMonitor(CombinedEnvs(parts, configs))
+    envs: VecEnvWrapper = EpisodeMonitor(
+        CombinedEnvs(parts, configs, staggered=config.staggered_starts)
+    )
     if config.shaping == "free_drive":
         envs = ShapedRewards(envs)
     envs = ScaledRewards(envs, config.reward_scale)
