@@ -80,7 +80,8 @@ class TrainConfig(Section):
     )
     engine: Engine = "batched"
     threads: Annotated[int, Ge(1), Le(1024)] = 1  # of the engine; results do not depend on it
-    steps: Steps = 3_000_000  # total decisions
+    steps: Steps = 3_000_000  # total actions of the policy
+    action_repeat: Annotated[int, Ge(1), Le(100)] = 1  # decisions per action in training
     seed: Annotated[int, Ge(0), Le(2**32 - 1)] = 0
     reward_scale: Annotated[float, Gt(0)] = 0.05  # logged returns are unscaled
     shaping: Literal["none", "free_drive"] = "none"  # free_drive: see training/shaping.py
@@ -118,6 +119,22 @@ class TrainConfig(Section):
         algorithm = info.data.get("algorithm")
         if value and algorithm != "ppo":
             raise ValueError(f"given with algorithm {algorithm!r}, allowed is 'ppo'")
+        return value
+
+    @field_validator("staggered_starts")
+    @classmethod
+    def _is_for_batched(cls, value: bool, info: ValidationInfo) -> bool:
+        engine = info.data.get("engine")
+        if value and engine != "batched":
+            raise ValueError(f"given with engine {engine!r}, allowed is 'batched'")
+        return value
+
+    @field_validator("imitation", "lagrangian")
+    @classmethod
+    def _acts_at_every_decision(cls, value: object, info: ValidationInfo) -> object:
+        repeat = info.data.get("action_repeat", 1)
+        if value and repeat > 1:
+            raise ValueError(f"given with action_repeat {repeat}, allowed is 1")
         return value
 
     @field_validator("residual")

@@ -1,7 +1,8 @@
 """Vectorized training environments: the engine's worlds under a stack of wrappers.
 
-``CombinedEnvs`` under ``EpisodeMonitor``, ``ShapedRewards`` if configured, ``ScaledRewards``, and
-``TimeLeft`` if the critic observes it. The algorithms add ``ResidualEnvs`` and ``PenalizedEnvs``.
+``CombinedEnvs`` under ``EpisodeMonitor``, ``ShapedRewards`` if configured, ``ScaledRewards``,
+``TimeLeft`` if the critic observes it, and ``RepeatedActions`` if configured. The algorithms add
+``ResidualEnvs`` and ``PenalizedEnvs``.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from hazbot_gym.config import Config
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.sb3 import CorridorVecEnv
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.training.action_repeat import RepeatedActions
 from hazbot_gym.training.asymmetric_critic import TimeLeft
 from hazbot_gym.training.combined_envs import CombinedEnvs
 from hazbot_gym.training.config import TrainConfig, split
@@ -63,7 +65,9 @@ def make_envs(config: TrainConfig) -> VecEnvWrapper:
     if config.shaping == "free_drive":
         envs = ShapedRewards(envs)
     envs = ScaledRewards(envs, config.reward_scale)
-    return TimeLeft(envs) if config.asymmetric_critic else envs
+    if config.asymmetric_critic:
+        envs = TimeLeft(envs)
+    return RepeatedActions(envs, config.action_repeat) if config.action_repeat > 1 else envs
 
 
 def require_speeds(envs: VecEnv, key: str) -> None:
