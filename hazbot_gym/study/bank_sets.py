@@ -18,6 +18,7 @@ from hazbot_gym.errors import InvalidInput
 PREFIX = "bank:"  # of names in a study's ``sets``
 ROOT = 20261204  # root of the seeds of the bank's scenarios alone
 MANY, FEW = 150, 60  # scenarios of a set
+LEAKS = 600  # of a set with gas, where chance decides on many leaks
 
 FAMILIES = (
     "Corridor", "Crossing", "Encountering", "Leading", "Confronting", "Circle", "Intersection",
@@ -102,6 +103,8 @@ GROUPS: dict[str, Group] = {
         FEW,
         _in(["Corridor"], people={"count": [6, 10]}),
     ),
+    "gas/validation": Group("model selection, with a gas leak", FEW, _in(["Inspection"])),
+    "gas/test": Group("final evaluation, with a gas leak", LEAKS, _in(["Inspection"])),
 }
 
 BANK_SETS = tuple(
