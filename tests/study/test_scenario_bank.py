@@ -75,7 +75,7 @@ def test_a_study_names_a_split_a_group_or_a_set() -> None:
     faster = load_study(sets=["bank:ood/faster", "E*"]).sets
     assert [each.name for each in faster[:2]] == ["ood/faster/Crossing", "ood/faster/Encountering"]
     assert faster[-1].name == "E*"
-    everything = load_study(sets=["bank:validation", "bank:test", "bank:ood"]).sets
+    everything = load_study(sets=["bank:validation", "bank:test", "bank:ood", "bank:gas"]).sets
     assert [each.name for each in everything] == [each.name for each in BANK_SETS]
 
 
