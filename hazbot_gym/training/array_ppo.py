@@ -9,10 +9,13 @@ there. Otherwise only the work is arranged in another way:
 - The gradient of a minibatch is the sum over chunks that fit into the processor's cache. Threads
   share the chunks; the order of the sum is fixed, so that results do not depend on their number.
 
-With ``desired_kl`` the learning rate follows the KL divergence between the policies before and
-after an update: after each minibatch it is divided by 1.5 above twice the desired divergence and
-multiplied by 1.5 below half of it (the adaptive schedule of RSL-RL, Rudin et al., CoRL 2021). The
-desired divergence falls linearly to 0 over the training, so that the policy comes to rest.
+With ``desired_kl`` the learning rate follows the KL divergence between the policies before an
+update and in its last epoch: above twice the desired divergence it is divided by 1.5, below half of
+it multiplied by 1.5 (after Rudin et al., CoRL 2021). The desired divergence falls linearly to 0
+over the training, so that the policy comes to rest.
+
+With ``final_log_std`` the standard deviation of the actions is not learned: its logarithm goes
+linearly from ``log_std_init`` to this value over the training.
 
 Discrete actions, state-dependent exploration and clipped value losses use the methods of
 Stable-Baselines3.
@@ -67,21 +70,32 @@ class ArrayPPO(PPO):
     Attributes:
         threads: Number of threads of an update.
         desired_kl: Desired KL divergence of an update at the start of the training, or None.
+        final_log_std: Logarithm of the standard deviation at the end of the training, or None.
     """
 
     threads = 1
 
-    def __init__(self, *args: Any, desired_kl: float | None = None, **kwargs: Any) -> None:
+    def __init__(
+        self,
+        *args: Any,
+        desired_kl: float | None = None,
+        final_log_std: float | None = None,
+        **kwargs: Any,
+    ) -> None:
         """Make a model; see ``stable_baselines3.PPO``.
 
         Args:
             *args: Arguments of ``stable_baselines3.PPO``.
             desired_kl: Desired KL divergence of an update. The learning rate given is then the
                 first one. None: the learning rate is as given.
+            final_log_std: Logarithm of the standard deviation at the end of the training. None: the
+                standard deviation is learned.
             **kwargs: Arguments of ``stable_baselines3.PPO``.
         """
-        self.desired_kl = desired_kl
+        self.desired_kl, self.final_log_std = desired_kl, final_log_std
         super().__init__(*args, **kwargs)
+        if final_log_std is not None and self._is_gaussian():
+            self.policy.log_std.requires_grad_(False)
 
     def collect_rollouts(
         self,
@@ -95,6 +109,7 @@ class ArrayPPO(PPO):
             return super().collect_rollouts(env, callback, rollout_buffer, n_rollout_steps)
         policy = self.policy
         policy.set_training_mode(False)
+        self._set_std()
         rollout_buffer.reset()
         callback.on_rollout_start()
         seen, starts = cast(Observations, self._last_obs), cast(Flags, self._last_episode_starts)
@@ -147,6 +162,7 @@ class ArrayPPO(PPO):
                 self._n_updates += 1
                 if not goes_on:
                     break
+        self._follow(float(np.mean([each.kl for each in losses])))
         self._log(noted, losses, clip_range)
 
     # --- inside ----------------------------------------------------------------------------------
@@ -161,8 +177,17 @@ class ArrayPPO(PPO):
             and policy.share_features_extractor
         )
 
+    def _set_std(self) -> None:
+        """Set the standard deviation of the actions, where it is not learned."""
+        if self.final_log_std is not None:
+            first, done = self.policy.log_std_init, 1.0 - self._current_progress_remaining
+            self.policy.log_std.data.fill_(first + (self.final_log_std - first) * done)
+
+    def _trained(self) -> list[torch.nn.Parameter]:
+        return [each for each in self.policy.parameters() if each.requires_grad]
+
     def _follow(self, kl: float) -> None:
-        """Adapt the learning rate to the KL divergence of the update so far."""
+        """Adapt the learning rate to the KL divergence of an update."""
         if self.desired_kl is None:
             return
         desired, (group,) = self.desired_kl * self._current_progress_remaining, self._groups()
@@ -212,7 +237,6 @@ class ArrayPPO(PPO):
             noted.append(Losses(*(each / len(rows) for each in found)))
             if self.target_kl is not None and noted[-1].kl > 1.5 * self.target_kl:
                 return noted, False
-            self._follow(noted[-1].kl)
             torch.nn.utils.clip_grad_norm_(self.policy.parameters(), self.max_grad_norm)
             self.policy.optimizer.step()
         return noted, True
@@ -232,7 +256,7 @@ class ArrayPPO(PPO):
 
         parts = list(pool.map(part, range(0, len(rows), CHUNK)))
         for parameter, *each in zip(
-            self.policy.parameters(), *(gradients for gradients, _ in parts), strict=True
+            self._trained(), *(gradients for gradients, _ in parts), strict=True
         ):
             parameter.grad = None if each[0] is None else sum(each[1:], start=each[0])
         return Losses(*(sum(each) for each in zip(*(losses for _, losses in parts), strict=True)))
@@ -252,7 +276,7 @@ class ArrayPPO(PPO):
         value_loss = (chunk.returns - values).square().sum()
         entropy = (policy.log_std + 0.5 + HALF_LOG_2_PI).sum() * len(values)
         loss = policy_loss + self.vf_coef * value_loss - self.ent_coef * entropy
-        gradients = torch.autograd.grad(loss / total, list(policy.parameters()), allow_unused=True)
+        gradients = torch.autograd.grad(loss / total, self._trained(), allow_unused=True)
         with torch.no_grad():
             beyond = ((ratio - 1.0).abs() > clip_range).sum()
             kl = (ratio - 1.0 - log_ratio).sum()

@@ -27,7 +27,8 @@ SHARES = {"gamma", "gae_lambda", "tau", "clip_range", "exploration_fraction", "b
 # The minimum is 1 for counts and 0 otherwise, except for:
 LEAST = {
     "gradient_steps": -1, "sde_sample_freq": -1, "learning_starts": 0, "verbose": 0,
-    "top_quantiles_to_drop_per_net": 0, "log_std_init": -100, "target_entropy": -1000,
+    "top_quantiles_to_drop_per_net": 0, "log_std_init": -100, "final_log_std": -100,
+    "target_entropy": -1000,
 }  # fmt: skip
 MOST = 10_000_000  # maximum of all numbers; a replay buffer of this size takes gigabytes
 MOST_UNITS = 8192  # units of a layer; two such layers have 67 million weights

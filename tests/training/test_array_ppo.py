@@ -122,3 +122,29 @@ def test_an_update_ends_beyond_the_target_divergence() -> None:
     collected(model)
     model.train()
     assert model._n_updates < 50
+
+
+def test_the_learning_rate_follows_the_divergence() -> None:
+    rates = {}
+    for desired in (1e-8, 1e3):
+        model = model_of(small(options={**SMALL["options"], "desired_kl": desired}))
+        collected(model)
+        model.train()
+        rates[desired] = model.policy.optimizer.param_groups[0]["lr"]
+        assert model.logger.name_to_value["train/learning_rate"] == rates[desired]
+    assert rates[1e-8] < 1e-3 < rates[1e3]
+
+
+def test_the_standard_deviation_falls_as_scheduled() -> None:
+    options = {**SMALL["options"], "final_log_std": -2.0}
+    model = model_of(small(options=options, network={"log_std_init": -1.0}))
+    before = model.policy.action_net.weight.detach().clone()
+    for remaining in (1.0, 0.25):
+        model._setup_learn(10_000, None)
+        model._current_progress_remaining = remaining
+        _, callback = model._setup_learn(10_000, None)
+        model.collect_rollouts(model.get_env(), callback, model.rollout_buffer, model.n_steps)
+        model.train()
+        expected = -2.0 + remaining
+        assert model.policy.log_std.item() == pytest.approx(expected)
+    assert not torch.equal(model.policy.action_net.weight, before)
