@@ -25,6 +25,7 @@ from hazbot_gym.evaluation.workers import processes
 from hazbot_gym.policies.base import NO_CODE, REGISTER, Permissions
 from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.policies.learned import Learned
+from hazbot_gym.policies.shielded import Shielded
 from hazbot_gym.task.inputs import input_files
 from hazbot_gym.utils import provenance
 
@@ -55,6 +56,8 @@ def of_policy(spec: str, blanks: Iterable[Shape], allowed: Permissions = NO_CODE
     """
     if spec.partition(":")[0] in REGISTER:
         policy = make_policy(spec, **allowed._asdict())
+        if isinstance(policy, Shielded):
+            return of_policy(policy.policy, blanks, allowed)
         if not isinstance(policy, Learned):
             return []
         if policy.path.suffix != ".zip":  # whose pickles import modules

@@ -138,6 +138,10 @@ REGISTER = {
         "hazbot_gym.policies.undo_lag:UndoLag",
         "with gas: slow= while the sensor heads for a reading above level=; lag_s=, people=",
     ),
+    "shielded": Entry(
+        "hazbot_gym.policies.shielded:Shielded",
+        "policy=ANY, at most as fast as the rule by= permits; policy= is last",
+    ),
     "ppo": Entry(
         "hazbot_gym.policies.learned:Ppo",
         "the shipped PPO policy for the tier of the observations",
@@ -170,9 +174,10 @@ def make(spec: str, *, allow_pickle: bool = False, allow_code: bool = True) -> P
     Args:
         spec: ``name`` or ``name:option=value,...`` with a name of the register, or
             ``module:attribute`` for a user policy: an object with ``predict``, or a factory without
-            arguments. The path of ``learned:path=`` extends to the end of the line. Policies of the
-            library stop on invalid observations (``guard``); a user policy is called unguarded,
-            unless it is a ``guard.Guarded``, and its actions are checked.
+            arguments. The path of ``learned:path=`` and the spec of ``shielded:policy=`` extend to
+            the end of the line. Policies of the library stop on invalid observations (``guard``); a
+            user policy is called unguarded, unless it is a ``guard.Guarded``, and its actions are
+            checked.
         allow_pickle: Whether a ``learned`` zip may execute its pickled code.
         allow_code: Whether ``module:attribute`` may execute that module. Callers that read the spec
             from a file must ask the user first (``Permissions``).
@@ -182,7 +187,7 @@ def make(spec: str, *, allow_pickle: bool = False, allow_code: bool = True) -> P
     """
     name, _, rest = spec.partition(":")
     if name in REGISTER:
-        return _from_register(spec, name, rest, allow_pickle=allow_pickle)
+        return _from_register(spec, name, rest, Permissions(allow_pickle, allow_code))
     if not own_module.is_reference(spec):
         raise InvalidInput(
             f"policy: {spec!r} is not known; allowed are {', '.join(REGISTER)} or module:attribute"
@@ -217,11 +222,13 @@ def factory_of(name: str) -> Any:
     return getattr(importlib.import_module(module), kind)
 
 
-def _from_register(spec: str, name: str, text: str, *, allow_pickle: bool) -> Policy:
+def _from_register(spec: str, name: str, text: str, allowed: Permissions) -> Policy:
     factory = factory_of(name)
     options: JsonObject
     if name == "learned":
-        options = {"path": _path_in(spec, text), "allow_pickle": allow_pickle}
+        options = {"path": _path_in(spec, text), "allow_pickle": allowed.allow_pickle}
+    elif name == "shielded":
+        options = {**_shield_in(spec, text), **allowed._asdict()}
     else:
         options = _parse_options(spec, text, [field.name for field in dataclasses.fields(factory)])
     try:
@@ -249,6 +256,14 @@ def _path_in(spec: str, text: str) -> str:
             "line, or allow_pickle=True in Python"
         )
     return path
+
+
+def _shield_in(spec: str, text: str) -> dict[str, str]:
+    """Return the options of ``shielded``; those of its policy extend to the end."""
+    head, named, policy = text.partition("policy=")
+    if not named:
+        raise InvalidInput(f"policy: {spec!r} names no policy; give shielded:policy=SPEC")
+    return {**_parse_options(spec, head.rstrip(","), ["by"]), "policy": policy}
 
 
 def _parse_options(spec: str, options: str, allowed: list[str]) -> dict[str, str]:

@@ -34,7 +34,7 @@ def base_of(spec: str) -> Policy:
     Raises:
         InvalidInput: The base is no rule of the library, or its options are not allowed.
     """
-    allowed = [name for name in REGISTER if name != "learned"]
+    allowed = [name for name in REGISTER if name not in ("learned", "shielded")]
     if spec.partition(":")[0] not in allowed:
         raise InvalidInput(f"residual.base: given {spec!r}, allowed are {', '.join(allowed)}")
     return make(spec)

@@ -10,8 +10,8 @@ make it a PID controller, which overshoots less (Stooke, Achiam and Abbeel, ICML
 Cost and reward share one critic: every reward becomes r - lambda c.
 
 A decision's cost is its intrusion, plus 1 for a contact that the robot causes. The reward penalizes
-the same intrusion by a fixed weight of -4 (``config.reward``), so with that weight lambda is an
-*additional* penalty, and 4 remains however low the cost. To let the constraint alone decide, remove
+the same intrusion by a fixed weight (``config.reward``), so lambda is an *additional* penalty, and
+the fixed one remains however low the cost. To let the constraint alone decide, remove
 the fixed weight, ``overrides: {reward: {intrusion: 0}}``; lambda is then the intrusion weight that
 gives a cost of d.
 """

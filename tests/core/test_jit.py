@@ -270,7 +270,7 @@ for _ in range(3):
     numbers += [*observation, reward, *seen.ravel(), *rewards]
 for name in policies.names():
     for given in (seen, np.ascontiguousarray(seen[:, :26])):
-        if name != "learned":
+        if name not in ("learned", "shielded"):
             numbers += policies.make(name).predict(given)[0].ravel().tolist()
 print(*(float(number) for number in numbers))
 """

@@ -14,7 +14,7 @@ from hazbot_gym.policies.own_policy import OwnPolicy
 from hazbot_gym.task.action import speed_action
 from tests.refusals import refused
 
-FROM_FILES = ("ppo", "learned")  # test_learned.py makes these
+FROM_FILES = ("ppo", "learned", "shielded")  # test_learned.py and test_shielded.py make these
 
 
 class Halves:

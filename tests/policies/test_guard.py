@@ -21,7 +21,9 @@ from hazbot_gym.task.observation import LAYOUTS
 from tests.refusals import refused
 
 RULES = (
-    *(name for name in REGISTER if name != "learned"),
+    *(name for name in REGISTER if name not in ("learned", "shielded")),
+    "shielded:policy=constant:1",
+    "shielded:by=ssm,policy=shielded:policy=stop_on_sight",
     "constant:0.25",
     "ssm:mode=directional",
     "fuzzy_expert:rules=literal8,pattern=gaussian,t_norm=product",
