@@ -58,6 +58,7 @@ BELOW = {
 TRAINING = tuple(
     f"training.{name}"
     for name in (
+        "action_repeat",
         "algorithms",
         "array_ppo",
         "asymmetric_critic",
@@ -73,6 +74,7 @@ TRAINING = tuple(
         "residual_envs",
         "run",
         "shaping",
+        "staggered_starts",
         "vec_envs",
     )
 )
