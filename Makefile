@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: study study-full paper test check bench docs setup
+.PHONY: study study-full paper test check bench docs cluster setup
 .DEFAULT_GOAL := study
 
 study: setup  ## run the main job; options in ARGS, e.g. make study ARGS="--tracks DIR"
@@ -29,6 +29,13 @@ bench: setup  ## steps per second, beside Gymnasium's CartPole
 docs: setup  ## build the documentation site into docs/_build/html; a warning is an error
 	$(BIN)/python -m sphinx -W --keep-going -q -E -b html -d docs/_build/doctrees docs docs/_build/html
 	@echo "Documentation: docs/_build/html/index.html"
+
+cluster:  ## run the tests on a real Ray cluster, in a .venv-cluster: RLlib asks for an older Gymnasium
+	@test -x .venv-cluster/bin/python || $(PYTHON) -m venv .venv-cluster
+	@grep -v '^gymnasium==' constraints.txt > .venv-cluster/constraints.txt
+	@.venv-cluster/bin/pip install -qq -c .venv-cluster/constraints.txt torch
+	@.venv-cluster/bin/pip install -qq -c .venv-cluster/constraints.txt -e ".[study,train,cluster]" "ray[rllib]" pytest hypothesis
+	.venv-cluster/bin/python -m pytest -v -s -m slow -k "cluster or rllib" tests/evaluation/test_ray_cluster.py tests/test_scripts.py $(ARGS)
 
 setup: $(READY)
 

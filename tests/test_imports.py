@@ -100,6 +100,7 @@ HOMES = {
     "onnxruntime": ("export.check",),
     "numba": ("core",),
     "optuna": ("study.tuning",),
+    "ray": ("evaluation.ray_cluster",),
     "typer": ("cli",),
 }
 

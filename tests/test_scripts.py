@@ -56,3 +56,13 @@ def test_an_algorithm_of_one_s_own_is_exported_and_evaluated(tmp_path: Path) -> 
     tiny = ["--generations", "2", "--actors", "8", "--worlds-each", "2", "--decisions", "20"]
     text = run("train/own_algorithm.py", *tiny, folder=tmp_path)
     assert "results/own_algorithm/policy.npz" in text
+
+
+@pytest.mark.slow
+def test_ppo_of_rllib_is_exported_and_evaluated(tmp_path: Path) -> None:
+    pytest.importorskip("ray.rllib", reason="needs ray[rllib]: make cluster")
+    tiny = ["--decisions", "1024", "--worlds", "16", "--horizon", "32", "--episodes", "1"]
+    text = run("train/rllib_ppo.py", *tiny, folder=tmp_path)
+    print(text)
+    assert (tmp_path / "results" / "rllib_ppo" / "policy.npz").exists()
+    assert "saved to" in text

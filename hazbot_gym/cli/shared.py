@@ -21,6 +21,10 @@ AllowPickle = Annotated[
     ),
 ]
 
+Cluster = Annotated[
+    str | None,
+    typer.Option(help="Run on a Ray cluster: its address, or auto on one of its machines."),
+]
 ConfigFile = Annotated[Path | None, typer.Option(help="YAML file of overrides of the defaults.")]
 PolicySpec = Annotated[str, typer.Option(help="NAME, NAME:OPTION=VALUE,... or MODULE:ATTRIBUTE.")]
 EnvId = Annotated[str, typer.Option(help="Environment id.")]

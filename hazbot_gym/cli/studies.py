@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -14,6 +15,7 @@ from hazbot_gym.cli.shared import (
     AllowCode,
     AllowPickle,
     Changes,
+    Cluster,
     ConfigFile,
     JsonFile,
     check_file,
@@ -40,6 +42,7 @@ def study(
         int | None,
         typer.Option(help="Cores to use; all usable ones if not given.", min=1, max=1024),
     ] = None,
+    cluster: Cluster = None,
     seed: Annotated[int | None, typer.Option(help="Root of all seeds.")] = None,
     engine: Annotated[
         str | None, typer.Option(help="batched (default), or pymunk, the reference.")
@@ -67,6 +70,7 @@ def study(
         plan,
         folder,
         workers=workers,
+        cluster=cluster,
         console=terminal.progress_console(),
         command=shlex.join(["hazbot", *sys.argv[1:]]),
         allowed=Permissions(allow_pickle, allow_code),
@@ -98,18 +102,25 @@ def tune(
     out: Annotated[
         Path | None, typer.Option(help="File of the record; default results/tune/POLICY.json.")
     ] = None,
+    cluster: Cluster = None,
 ) -> None:
     """Tune a family of rules on validation scenarios. Resumable."""
+    from hazbot_gym.evaluation.workers import Here, Place
     from hazbot_gym.study import tuning
     from hazbot_gym.utils import processors
 
-    path = out or Path("results", "tune", f"{policy}.json")
-    with terminal.progress_bar(terminal.progress_console()) as progress:
+    path, cores = out or Path("results", "tune", f"{policy}.json"), processors.usable()
+    # Without a cluster threads, since processes start slowly.
+    with (
+        terminal.progress_bar(terminal.progress_console()) as progress,
+        Place(cores, cluster).pool() if cluster else nullcontext(Here()) as pool,
+    ):
         task = progress.add_task("trials", total=trials)
         record = tuning.tune(
             tuning.Search(policy, trials, seed),
             path,
-            threads=processors.usable(),
+            pool=pool,
+            threads=1 if cluster else cores,
             on_progress=lambda: progress.advance(task),
         )
     best, console = record["best"], terminal.output_console()

@@ -3,22 +3,23 @@
     OUT/tuned/FAMILY.json   a search on validation scenarios
     OUT/trained/NAME/SEED/  a training run
 
-Searches and runs are parallel jobs, one core each. Each resumes by itself, so that a killed study
-continues with the unfinished part.
+Searches and runs are parallel jobs; a run takes one core, and the scenario sets of a search's trial
+run in parallel. Each resumes by itself, so that a killed study continues with the unfinished part.
 """
 
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from rich.console import Console
 
 from hazbot_gym.config.deltas import merge
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.evaluation.inputs import digests
+from hazbot_gym.evaluation.inputs import digests, of_set
+from hazbot_gym.evaluation.workers import Pool
 from hazbot_gym.policies.base import NO_CODE, Permissions, spec_of
 from hazbot_gym.policies.tuning_spaces import SPACES
 from hazbot_gym.study.config import Learner, StudyConfig
@@ -27,6 +28,9 @@ from hazbot_gym.training import run_folder
 from hazbot_gym.training.config import TrainConfig, load_training
 from hazbot_gym.training.inputs import of_training
 from hazbot_gym.utils.files import file_name, read_json
+
+if TYPE_CHECKING:
+    from hazbot_gym.study import tuning
 
 TUNED, TRAINED = "tuned", "trained"
 _FILE = spec_of("learned", {"path": ""})
@@ -39,11 +43,49 @@ class Candidate(NamedTuple):
     specs: tuple[str, ...]  # one per training seed of a learner
 
 
-class Job(NamedTuple):
-    """Preparatory job of a study; a picklable function with arguments."""
+class Job(Protocol):
+    """Preparatory job of a study."""
 
-    run: Callable[..., object]
-    arguments: tuple[object, ...]
+    def files(self) -> list[Path]:
+        """Return the input files."""
+        ...
+
+    def run(self, pool: Pool) -> None:
+        """Do the job on a pool's workers."""
+        ...
+
+
+class TrainingJob(NamedTuple):
+    """Training run of one seed of a learner."""
+
+    config: TrainConfig
+    folder: Path
+    allowed: Permissions
+
+    def files(self) -> list[Path]:
+        """Return the input files."""
+        return of_training(self.config, self.allowed)
+
+    def run(self, pool: Pool) -> None:
+        """Train on one worker."""
+        pool.submit_in(self.folder, _train, self.config, self.allowed).result()
+
+
+class SearchJob(NamedTuple):
+    """Search for the options of a rule family."""
+
+    search: tuning.Search
+    path: Path
+
+    def files(self) -> list[Path]:
+        """Return the input files."""
+        return [path for each in self.search.sets for path in of_set(each)]
+
+    def run(self, pool: Pool) -> None:
+        """Run one trial after the other, each on all workers."""
+        from hazbot_gym.study import tuning
+
+        tuning.tune(self.search, self.path, pool=pool)
 
 
 def check(study: StudyConfig, allowed: Permissions = NO_CODE) -> None:
@@ -91,7 +133,7 @@ def jobs(
 
 def _trainings(
     study: StudyConfig, out: Path, allowed: Permissions, console: Console
-) -> Iterator[Job]:
+) -> Iterator[TrainingJob]:
     """Yield the training runs that are unfinished, damaged or outdated."""
     for learner in study.learners:
         read = digests(of_training(training_of(learner, 0), allowed))
@@ -106,10 +148,10 @@ def _trainings(
                 continue
             if (folder / run_folder.RESULT).exists():
                 console.print(f"a damaged run is done again: {folder}", markup=False)
-            yield Job(_train, (training, folder, allowed))
+            yield TrainingJob(training, folder, allowed)
 
 
-def _searches(study: StudyConfig, out: Path, console: Console) -> Iterator[Job]:
+def _searches(study: StudyConfig, out: Path, console: Console) -> Iterator[SearchJob]:
     """Yield the unfinished searches."""
     if not study.tuned:
         return
@@ -124,7 +166,7 @@ def _searches(study: StudyConfig, out: Path, console: Console) -> Iterator[Job]:
             console.print(f"a search of other code or data is begun anew: {path}", markup=False)
             path.unlink()
         if trials is None or len(trials) < search.trials:
-            yield Job(tuning.tune, (search, path))
+            yield SearchJob(search, path)
 
 
 def of_study(study: StudyConfig, out: Path) -> list[Candidate]:
@@ -189,7 +231,7 @@ def trainings(study: StudyConfig, out: Path) -> list[Training]:
     return found
 
 
-def _train(config: TrainConfig, folder: Path, allowed: Permissions) -> None:
+def _train(folder: Path, config: TrainConfig, allowed: Permissions) -> None:
     from hazbot_gym.training import run as training
 
     try:

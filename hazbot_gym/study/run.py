@@ -9,10 +9,11 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
+import os
 import time
 from collections import Counter
 from collections.abc import Generator, Iterator
-from concurrent.futures import as_completed
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -23,7 +24,7 @@ from hazbot_gym.evaluation.oracle.runs import OracleShard, run_oracle_shard
 from hazbot_gym.evaluation.oracle.trajectory_search import Effort
 from hazbot_gym.evaluation.rollout import Shard, run_shard, try_out
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
-from hazbot_gym.evaluation.workers import processes
+from hazbot_gym.evaluation.workers import Place
 from hazbot_gym.policies.base import NO_CODE, Permissions
 from hazbot_gym.study import candidates, costs, replays, store
 from hazbot_gym.study.candidates import Candidate, Job
@@ -64,6 +65,7 @@ def run_study(
     out: Path,
     *,
     workers: int | None = None,
+    cluster: str | None = None,
     console: Console | None = None,
     command: str = "",
     allowed: Permissions = NO_CODE,
@@ -74,6 +76,8 @@ def run_study(
         study: what to run.
         out: folder of the results, new, empty or this study's own.
         workers: number of processes, or of threads for a single shard; None for one per core.
+        cluster: address of a Ray cluster that runs the work, ``auto`` for the one of this machine;
+            None for local processes. Results are the same.
         console: output of progress; None for silence.
         command: command line to reproduce the study, for the record.
         allowed: permissions of the study's policies.
@@ -82,17 +86,20 @@ def run_study(
         InvalidInput: the study or the folder is not usable; nothing was written.
     """
     console, began = console or Console(quiet=True), time.perf_counter()
+    if cluster:  # whose workers find trained policies by paths from the working folder
+        out = _from_here(out)
     store.claim(out, study.identity())
-    about, workers = manifest(study, rehearse(study, allowed)), workers or processors.usable()
+    about = manifest(study, rehearse(study, allowed))
+    place = Place(workers or processors.usable(), cluster)
     with files.sole_use(out):
-        return _run_study(study, out, about, workers, console, command, began, allowed)
+        return _run_study(study, out, about, place, console, command, began, allowed)
 
 
 def _run_study(
     study: StudyConfig,
     out: Path,
     about: dict[str, object],
-    workers: int,
+    place: Place,
     console: Console,
     command: str,
     began: float,
@@ -103,7 +110,7 @@ def _run_study(
         files.write_json(out / store.MANIFEST, about)  # marks the owner of the folder
     stamps = Stamps(study, allowed)
     waiting = candidates.jobs(study, out, allowed, console)
-    _prepare(waiting, workers=workers, console=console)
+    _prepare(waiting, place, console=console)
     policies = candidates.of_study(study, out)
     shards = list(plan(study, out, policies, stamps))
     marks = list(plan_oracle(study, out, policies, stamps))
@@ -112,7 +119,7 @@ def _run_study(
         store.withdraw(out)  # remove results of an earlier state before writing a new manifest
         about["candidates"] = candidates.portable(policies, out)
         files.write_json(out / store.MANIFEST, about)
-    _run(missing, stamps, workers=workers, console=console)
+    _run(missing, stamps, place, console=console)
     rows = store.join([_read(shard) for shard in shards])
     best = store.join([_read(shard) for shard in marks]) if marks else None
     summary = summarise(rows, study, best)
@@ -127,7 +134,7 @@ def _run_study(
         best,
         {each.name: each.specs[0] for each in policies},
         stamp=_stamp_of([*shards, *marks], out / store.EPISODES),
-        threads=workers,
+        threads=place.processes,
         console=console,
         allowed=allowed,
     )
@@ -246,44 +253,53 @@ def _missing(shards: list[StoredShard], console: Console) -> list[StoredShard]:
     return missing
 
 
-def _prepare(waiting: list[Job], *, workers: int, console: Console) -> None:
+def _prepare(waiting: list[Job], place: Place, *, console: Console) -> None:
     """Run the tuning and training jobs."""
     if not waiting:
         return
-    with terminal.progress_bar(console) as progress, processes(min(workers, len(waiting))) as pool:
+    inputs = [path for job in waiting for path in job.files()]
+    threads = ThreadPoolExecutor(len(waiting))  # each waits for the workers of its job
+    with terminal.progress_bar(console) as progress, place.pool(inputs) as pool:
         task = progress.add_task("tuning and training", total=len(waiting))
-        for future in as_completed([pool.submit(job.run, *job.arguments) for job in waiting]):
+        for future in as_completed([threads.submit(job.run, pool) for job in waiting]):
             future.result()
             progress.advance(task)
 
 
-def _run(shards: list[StoredShard], stamps: Stamps, *, workers: int, console: Console) -> None:
+def _run(shards: list[StoredShard], stamps: Stamps, place: Place, *, console: Console) -> None:
     """Run shards and write each as soon as it is finished."""
     if not shards:
         return
     # Processes start slowly; a single shard uses the engine's threads instead.
-    run = _run_in_processes if len(shards) > 1 and workers > 1 else _run_here
+    is_parallel = place.cluster or (len(shards) > 1 and place.processes > 1)
+    run = _run_in_pool(shards, place, stamps) if is_parallel else _run_here(shards, place.processes)
     with terminal.progress_bar(console) as progress:
         task = progress.add_task("episodes", total=sum(shard.work.episodes for shard in shards))
-        with contextlib.closing(run(shards, workers)) as done:
+        with contextlib.closing(run) as done:
             for shard, rows in done:
                 stamps.check()
                 store.write_rows(shard.path, rows, shard.stamp)
                 progress.advance(task, shard.work.episodes)
 
 
-def _run_here(shards: list[StoredShard], workers: int) -> Generator[Done]:
+def _run_here(shards: list[StoredShard], threads: int) -> Generator[Done]:
     """Yield shards and their rows, one after the other."""
     for shard in shards:
-        yield shard, rows_of(shard.work, threads=workers)
+        yield shard, rows_of(shard.work, threads)
 
 
-def _run_in_processes(shards: list[StoredShard], workers: int) -> Generator[Done]:
-    """Yield shards and their rows from parallel processes, in order of completion."""
-    with processes(min(workers, len(shards))) as pool:
+def _run_in_pool(shards: list[StoredShard], place: Place, stamps: Stamps) -> Generator[Done]:
+    """Yield shards and their rows from parallel workers, in order of completion."""
+    with place.pool(stamps.files()) as pool:
         running = {pool.submit(rows_of, shard.work): shard for shard in shards}
         for future in as_completed(running):
-            yield running[future], future.result()
+            yield running.pop(future), future.result()
+
+
+def _from_here(path: Path) -> Path:
+    """Return a path inside the working folder as a relative one."""
+    here, absolute = Path.cwd(), Path(os.path.abspath(path))
+    return absolute.relative_to(here) if absolute.is_relative_to(here) else path
 
 
 def _read(shard: StoredShard) -> pd.DataFrame:

@@ -60,6 +60,11 @@ class Stamps:
                 "command again to go on"
             )
 
+    def files(self) -> list[Path]:
+        """Return the stamped files outside this package."""
+        found = map(Path, self._watched)
+        return [path for path in found if not path.is_relative_to(provenance.PACKAGE)]
+
     def _watch(self, files: Iterable[Path]) -> None:
         """Register input files for ``check``."""
         states = {path: last_change(path) for path in files}

@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import threading
 import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -20,6 +21,7 @@ from hazbot_gym.errors import InvalidInput, MissingExtra
 from hazbot_gym.evaluation import inputs, rollout
 from hazbot_gym.evaluation.metrics import means
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
+from hazbot_gym.evaluation.workers import Here, Pool
 from hazbot_gym.policies import base
 from hazbot_gym.policies.tuning_spaces import SPACES, Interval, Space
 from hazbot_gym.study import bank_sets
@@ -35,6 +37,7 @@ FIRST_AT_RANDOM = 10  # random trials before the estimator starts
 AT_A_BOUND = 0.02  # share of a range within which the best value counts as at its bound
 
 Record = JsonObject
+_ASKING = threading.Lock()  # searches run in threads, and warning filters are of the process
 
 
 def validation(overrides: Mapping[str, object] | None = None) -> tuple[ScenarioSet, ...]:
@@ -67,6 +70,7 @@ def tune(
     search: Search,
     path: Path,
     *,
+    pool: Pool | None = None,
     threads: int = 1,
     on_progress: Callable[[], None] = lambda: None,
 ) -> Record:
@@ -75,7 +79,8 @@ def tune(
     Args:
         search: The search.
         path: File of the record; a record of the same search is resumed.
-        threads: Number of threads; results do not depend on it.
+        pool: Workers, which run the scenario sets of a trial in parallel; None for this process.
+        threads: Number of threads of each; results do not depend on it.
         on_progress: Called after each trial.
 
     Raises:
@@ -88,7 +93,9 @@ def tune(
         number = len(trials)
         options = _next_options(space, trials, search.seed) if number else defaults(search.family)
         policy = base.spec_of(search.family, options)
-        trials.append({"policy": policy, "options": options, **judge(policy, search, threads)})
+        trials.append(
+            {"policy": policy, "options": options, **judge(policy, search, pool, threads)}
+        )
         files.write_json(path, _record(search, trials))
         on_progress()
     return _record(search, trials)
@@ -122,7 +129,7 @@ def _distributions(space: Space) -> JsonObject:
 def _next_options(space: Space, trials: list[Record], seed: int) -> dict[str, object]:
     """Return the next trial's options, a pure function of the previous trials and the seed."""
     optuna.logging.set_verbosity(optuna.logging.ERROR)
-    with warnings.catch_warnings():  # optuna < 5 warns about multivariate sampling
+    with _ASKING, warnings.catch_warnings():  # optuna < 5 warns about multivariate sampling
         warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
         sampler = optuna.samplers.TPESampler(
             n_startup_trials=FIRST_AT_RANDOM, multivariate=True, seed=seed + 1000 * len(trials)
@@ -144,14 +151,19 @@ def _next_options(space: Space, trials: list[Record], seed: int) -> dict[str, ob
     }
 
 
-def judge(policy: str, search: Search, threads: int) -> dict[str, float | None]:
+def judge(
+    policy: str, search: Search, pool: Pool | None = None, threads: int = 1
+) -> dict[str, float | None]:
     """Return the headline metrics of a policy over all validation scenarios."""
-    rows = []
-    for each in search.sets:
-        count = min(search.episodes, each.episodes or search.episodes)
-        shard = rollout.Shard(policy, each, 0, count, each.seed or 0)
-        rows += rollout.run_shard(shard, threads)
-    return means(rows)
+    pool = pool or Here()
+    shards = [
+        rollout.Shard(
+            policy, each, 0, min(search.episodes, each.episodes or search.episodes), each.seed or 0
+        )
+        for each in search.sets
+    ]
+    running = [pool.submit(rollout.run_shard, shard, threads) for shard in shards]
+    return means([row for rows in running for row in rows.result()])
 
 
 def _record(search: Search, trials: list[Record]) -> Record:

@@ -16,7 +16,8 @@ import pytest
 import yaml
 from rich.console import Console
 
-from hazbot_gym.study import candidates, store, tuning
+from hazbot_gym.evaluation.workers import Here
+from hazbot_gym.study import candidates, store
 from hazbot_gym.study import run as comparison
 from hazbot_gym.study.config import Learner, StudyConfig, load_study
 from hazbot_gym.study.report import page as report
@@ -64,9 +65,9 @@ def run_here(study: StudyConfig, out: Path) -> None:
         run_study(study, out, workers=1)
 
 
-def prepare_here(waiting: list[candidates.Job], **_: Any) -> None:
+def prepare_here(waiting: list[candidates.Job], *_: Any, **__: Any) -> None:
     for job in waiting:
-        job.run(*job.arguments)
+        job.run(Here())
 
 
 @pytest.fixture(scope="module")
@@ -136,7 +137,7 @@ def test_a_search_of_other_code_is_begun_anew(
     shutil.copytree(finished, tmp_path / "out")
     monkeypatch.setattr(provenance, "stamp", lambda *_: "other code")
     (job,) = candidates.jobs(study, tmp_path / "out")
-    assert job.run is tuning.tune
+    assert isinstance(job, candidates.SearchJob)
     assert not (tmp_path / "out" / "tuned" / "constant.json").exists()
 
 
@@ -158,7 +159,7 @@ def test_what_was_prepared_and_is_damaged_is_done_again_and_said_so(
     (out / file).write_bytes(data[:200] + b"?" + data[201:])
     (job,) = candidates.jobs(study, out, console=console)
     assert told in console.file.getvalue()  # type: ignore[attr-defined]
-    job.run(*job.arguments)
+    job.run(Here())
     assert candidates.jobs(study, out) == []
     if file.endswith((".npz", "constant.json")):
         assert (out / file).read_bytes() == data

@@ -51,7 +51,7 @@ class InlinePool:
 
 @pytest.fixture
 def inline(monkeypatch: pytest.MonkeyPatch) -> type[InlinePool]:
-    monkeypatch.setattr(workers, "ProcessPoolExecutor", InlinePool)
+    monkeypatch.setattr(workers, "Processes", InlinePool)
     monkeypatch.setattr(InlinePool, "shards", [])
     return InlinePool
 

@@ -20,7 +20,7 @@ from tests.refusals import refused
 def hill(monkeypatch: pytest.MonkeyPatch) -> None:
     """Judge policies by how near their option is to 0.7, without running anything."""
 
-    def judge(policy: str, search: Search, threads: int) -> dict[str, Any]:
+    def judge(policy: str, *_: Any) -> dict[str, Any]:
         value = float(policy.partition("fraction=")[2])
         return {"return": -((value - 0.7) ** 2)}
 
@@ -110,5 +110,5 @@ def test_a_search_runs_no_scenario_that_is_not_in_the_bank(monkeypatch: pytest.M
         return []
 
     monkeypatch.setattr(rollout, "run_shard", run)
-    tuning.judge("constant", Search("constant", episodes=10**6), 1)
+    tuning.judge("constant", Search("constant", episodes=10**6))
     assert ran == [each.episodes for each in VALIDATION]
