@@ -15,6 +15,8 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from hazbot_gym.config import Config
+    from hazbot_gym.core.own_terms import reward_term
+    from hazbot_gym.core.own_walking import pedestrian_model
     from hazbot_gym.envs.corridor import CorridorEnv
     from hazbot_gym.evaluation.metrics import means, measure
     from hazbot_gym.evaluation.rollout import evaluate, run_episode
@@ -34,6 +36,8 @@ __all__ = [
     "make_policy",
     "means",
     "measure",
+    "pedestrian_model",
+    "reward_term",
     "run_episode",
     "train",
 ]
@@ -48,6 +52,8 @@ _HOMES = {
     "make_policy": "policies.base",
     "means": "evaluation.metrics",
     "measure": "evaluation.metrics",
+    "pedestrian_model": "core.own_walking",
+    "reward_term": "core.own_terms",
     "run_episode": "evaluation.rollout",
     "train": "training.run",
 }

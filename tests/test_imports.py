@@ -18,7 +18,7 @@ PACKAGE = Path(hazbot_gym.__file__).parent
 ENGINES = ("envs", "sim", "task", "config", "core", "utils")
 MIDDLE = ("training", "evaluation", "policies", *ENGINES)
 BELOW = {
-    "__init__": ("envs", "training", "evaluation", "runtime", "policies", "task", "config"),
+    "__init__": ("envs", "training", "evaluation", "runtime", "policies", "task", "config", "core"),
     "__main__": ("cli",),
     "cli": ("bench", "export", "paper", "viewer", "calibration", "study", *MIDDLE),
     "bench": ("study", "export", "runtime", *MIDDLE),

@@ -45,6 +45,21 @@ def test_ppo_is_trained_and_compared(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_a_reward_term_and_people_of_one_s_own_are_trained_with(tmp_path: Path) -> None:
+    config = tmp_path / "tiny.yaml"
+    config.write_text(
+        "options: {n_steps: 16, batch_size: 64, n_epochs: 1}\n"
+        "network: {net_arch: [4]}\n"
+        "steps: 64\nworlds: 4\n"
+        "validation: {episodes: 1}\n"
+    )
+    arguments = ["--config", str(config), "--episodes", "1"]
+    text = run("train/own_reward_and_people.py", *arguments, folder=tmp_path)
+    assert "fuzzy_expert: return" in text
+    assert text.count("crowding 0.00 s") < 2  # people come near the robot
+
+
+@pytest.mark.slow
 def test_sac_is_trained_by_hand_and_exported(tmp_path: Path) -> None:
     text = run("train/train_sac.py", "--steps", "120", "--worlds", "2", folder=tmp_path)
     assert "results/train_sac/policy.npz" in text

@@ -54,7 +54,7 @@ def drive(env: Any, seed: int, decisions: range | None = None) -> Iterator[float
             yield float(np.hypot(people["x"] - state.x, people["y"] - state.y).min(initial=np.inf))
         elif decision in decisions:
             picture = env.render()  # shown without the panel, but with the strip of gas
-            scene, panel = np.split(picture, [-height_px(has_gas=has_gas)])
+            scene, panel = np.split(picture, [-height_px(has_strip=has_gas)])
             strip = panel[round(STRIP_ROW_PX) - ROW_PX :] if has_gas else panel[:0]
             yield Image.fromarray(np.concatenate([scene, strip]))
 

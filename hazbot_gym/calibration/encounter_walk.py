@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hazbot_gym.core.hooks import NO_HOOK
 from hazbot_gym.core.jit import lean_kernel
 from hazbot_gym.core.recorded_table import NO_STRETCH, Stretch
 from hazbot_gym.core.social_force import Reaction, SocialForce
@@ -195,7 +196,9 @@ def _simulate(
         robot.v = track[step, 3]
         for i in range(people.shape[0]):
             people[i].desired_speed = starts[i, 1] if step * dt_s >= starts[i, 0] else 0.0
-        social_step(people, place, robot, force[0], reaction, recording, key, step, dt_s, work)
+        social_step(
+            people, place, robot, force[0], reaction, NO_HOOK, recording, key, step, dt_s, work
+        )
         for i in range(people.shape[0]):
             seen[step, i, 0], seen[step, i, 1] = people[i].x, people[i].y
             seen[step, i, 2] = people[i].status

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -24,14 +25,21 @@ from hazbot_gym.config.parameters import (
     Tracker,
     Walker,
 )
+from hazbot_gym.config.randomised import (
+    RANDOMISED,
+    extreme_values,
+    is_set,
+    replaced,
+    taken_out,
+)
 from hazbot_gym.config.scenarios import SCENARIOS
-from hazbot_gym.config.section import first_error, name_of
+from hazbot_gym.config.section import first_error, name_of, shown
 from hazbot_gym.errors import InvalidInput, UnknownKeyword
 from hazbot_gym.utils.yaml_loader import read_yaml
 
 __all__ = [
     "SCENARIOS", "Clock", "Config", "Drive", "Gas", "People", "RewardWeights", "Sensors", "Speeds",
-    "Tracker", "Walker", "horizon_in", "make_config",
+    "Tracker", "Walker", "horizon_in", "make_config", "with_value",
 ]  # fmt: skip
 
 
@@ -49,7 +57,8 @@ def make_config(
         given: A config, a mapping of deltas, or the path of a YAML file of deltas.
         preset: Deltas of a registered environment.
         scenario: A name of ``SCENARIOS``.
-        **overrides: Fields of ``Config``; sections as mappings of deltas.
+        **overrides: Fields of ``Config``; sections as mappings of deltas. A distribution may stand
+            in place of a value (``config/randomised.py``).
 
     Raises:
         InvalidInput: One line that names the field, what was given and what is allowed.
@@ -64,11 +73,38 @@ def make_config(
             f"{name_of(name)}: unknown key, allowed are {', '.join(Config.model_fields)} "
             f"(unexpected keyword argument {name!r})"
         )
-    deltas: dict[str, object] = {}
+    deltas, randomised = dict[str, object](), dict[str, Any]()
     for layer in (preset or {}, SCENARIOS[scenario] if scenario else {}, _deltas(given), overrides):
-        deltas = merge(deltas, layer)
+        values, own = taken_out(plain(layer))
+        left = {name: each for name, each in randomised.items() if not is_set(values, name)}
+        deltas, randomised = merge(deltas, values), left | own
+    config = _validated({**deltas, RANDOMISED: randomised})
+    for name, value in extreme_values(config):
+        try:
+            with_value(config, {name: value})
+        except InvalidInput as error:
+            said = f"{shown(randomised[name])}, which includes {value!r}"
+            raise InvalidInput(
+                f"{name}: given {said}, which includes {value!r}: {error}"
+            ) from error
+    return config
+
+
+def with_value(config: Config, values: Mapping[str, object]) -> Config:
+    """Return a config with other values of some fields, by dotted name, and nothing randomised.
+
+    Raises:
+        InvalidInput: One line that names the field, what was given and what is allowed.
+    """
+    whole = {**as_mappings(config), RANDOMISED: {}}
+    for name, value in values.items():
+        whole = replaced(whole, name, value)
+    return _validated(plain(whole))
+
+
+def _validated(values: Mapping[str, object]) -> Config:
     try:
-        return Config.model_validate(plain(deltas))
+        return Config.model_validate(values)
     except ValidationError as error:
         raise InvalidInput(first_error(error, Config)) from error
 

@@ -13,6 +13,8 @@ from hazbot_gym.core.gas import Plume
 from hazbot_gym.core.gas_sensor import GasSensorChoice
 from hazbot_gym.core.kinematics import Chassis
 from hazbot_gym.core.line_sensor import LineSensor
+from hazbot_gym.core.own_terms import check_terms
+from hazbot_gym.core.own_walking import check_model
 from hazbot_gym.core.pid import PidGains, Plant
 from hazbot_gym.core.sensor_ring import (
     RangeSensor,
@@ -30,6 +32,7 @@ from hazbot_gym.core.social_force import (
 )
 from hazbot_gym.core.tracking import TrackingGains
 from hazbot_gym.core.ultrasonic import Ultrasonic
+from hazbot_gym.utils.json_object import JsonObject
 
 Family = Literal["crossing", "encountering", "leading", "confronting", "mixed"]
 
@@ -129,7 +132,8 @@ class Speeds(NamedTuple):
 class People(Section):
     """People: patterns, numbers, models and reactions."""
 
-    model: Literal["scripted", "social_force", "replay", "seeded"] = "social_force"
+    # scripted, social_force, replay, seeded, or one of your own (docs/own_people.md)
+    model: Annotated[str, AfterValidator(check_model)] = "social_force"
     family: Family = "mixed"  # pattern of the first person
     count: Annotated[tuple[Count, Count], Loose] = (2, 5)  # fewest, most
     mix: Weights = (0.25, 0.35, 0.2, 0.2)  # others' patterns
@@ -234,6 +238,19 @@ class Config(Section):
     sensors: Sensors = Sensors()
     gas: Gas | None = None  # given, even if empty: gas, a gas sensor, and a reward for leaks found
     reward: RewardWeights = RewardWeights()
+    # weights of reward terms of your own, by name (docs/own_reward.md)
+    own_terms: Annotated[dict[str, float], AfterValidator(check_terms)] = Field(
+        default_factory=dict
+    )
+    # distributions of values that are drawn for each episode, by dotted name (docs/randomise.md);
+    # usually given in place of the values
+    randomised: dict[str, JsonObject] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _own_terms_have_own_names(self) -> Config:
+        for name in self.own_terms.keys() & set(RewardWeights._fields):
+            raise ValueError(f"own_terms: given {name!r}, which is a term of reward")
+        return self
 
     @model_validator(mode="after")
     def _reflex_has_a_sensor_ahead(self) -> Config:

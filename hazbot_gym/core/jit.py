@@ -97,6 +97,11 @@ def lean_kernel(function: Function) -> Function:
     return _compile(function, is_counting=False)
 
 
+def is_plain() -> bool:
+    """Return True if kernels are plain Python."""
+    return numba is None or bool(_settings.DISABLE_JIT)
+
+
 def _compile(function: Function, *, is_counting: bool) -> Function:
     options: dict[str, object] = {
         "nogil": True,
@@ -104,7 +109,7 @@ def _compile(function: Function, *, is_counting: bool) -> Function:
         "_nrt": is_counting,
         "no_cfunc_wrapper": True,
     }
-    if numba is None or _settings.DISABLE_JIT:
+    if is_plain():
         return cast(Function, functools.partial(_run_plain, function))
     compiled: Any = _with_cache(function, options)
     # Private attributes of numba, held by tests/core/test_jit.py: numba has no public way to say

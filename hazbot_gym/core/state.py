@@ -93,7 +93,7 @@ WAITING, PRESENT, GONE = 0, 1, 2  # not yet entered, walking, left for good
 NO_PATTERN, CROSSING, ENCOUNTERING, LEADING, CONFRONTING, BESIDE = -1, 0, 1, 2, 3, 4
 PATTERN_NAMES = ("crossing", "encountering", "leading", "confronting")
 
-SCRIPTED, SOCIAL_FORCE, REPLAY = 0, 1, 2  # model of a person's motion
+SCRIPTED, SOCIAL_FORCE, REPLAY, OWN = 0, 1, 2, 3  # model of a person's motion; OWN: a user's
 REACTION_NAMES = ("attentive", "blind", "wary", "curious")
 
 PERSON = np.dtype(
@@ -111,7 +111,7 @@ PERSON = np.dtype(
         ("sidestep_s", "f8"),  # arc length at which a scripted walker has stepped aside [m]
         ("sidestep_offset", "f8"),  # its lateral offset from then on [m]
         ("route", "i4"),  # row of the routes; for REPLAY while PRESENT the stay in the recording
-        ("model", "i4"),  # SCRIPTED, SOCIAL_FORCE or REPLAY
+        ("model", "i4"),  # SCRIPTED, SOCIAL_FORCE, REPLAY or OWN
         ("reaction", "i4"),  # row of the reaction table (REACTION_NAMES)
         ("status", "i4"),  # WAITING, PRESENT or GONE
         ("blocked", "f8"),  # relative loss of desired speed by the robot, in [0, 1]

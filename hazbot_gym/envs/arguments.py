@@ -10,6 +10,9 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
+from hazbot_gym.config import Config, make_config
+from hazbot_gym.config.deltas import as_mappings
+from hazbot_gym.config.randomised import check_same
 from hazbot_gym.errors import InvalidInput
 
 Environment = gymnasium.Env[Any, Any]  # any of Gymnasium, also wrapped
@@ -30,6 +33,29 @@ def array_of(actions: object, name: str) -> npt.NDArray[Any]:
         raise InvalidInput(f"{name}: given {reprlib.repr(actions)}, no array ({reason})") from error
 
 
+def overrides_of(options: Mapping[object, object]) -> Mapping[str, object]:
+    """Return the config deltas of a reset's options, default an empty mapping."""
+    deltas = options.get("config", {})
+    if not isinstance(deltas, Mapping) or not all(isinstance(name, str) for name in deltas):
+        raise InvalidInput(
+            f"reset options: config: given {reprlib.repr(deltas)}, allowed is a mapping of deltas"
+        )
+    return deltas
+
+
+def episode_base(config: Config, deltas: Mapping[str, object]) -> Config:
+    """Return the config of the episodes of a reset, which may still be randomised.
+
+    Raises:
+        InvalidInput: A value cannot be used, or must be the same in all episodes.
+    """
+    if not deltas:
+        return config
+    changed = make_config(deltas, preset=as_mappings(config))
+    check_same(config, changed)
+    return changed
+
+
 def options_of(options: object, *names: str) -> Mapping[object, object]:
     """Return the options of a reset, default an empty mapping.
 
@@ -38,12 +64,11 @@ def options_of(options: object, *names: str) -> Mapping[object, object]:
     """
     if options is None:
         return {}
-    allowed = " and ".join(names)
+    allowed = f"{', '.join(names[:-1])} and {names[-1]}"
     if not isinstance(options, Mapping):
         given = reprlib.repr(options)
         raise InvalidInput(f"reset options: given {given}, allowed is a dict with {allowed}")
     unknown = [reprlib.repr(key).strip("'") for key in options if key not in names]
     if unknown:
-        are = "is" if len(names) == 1 else "are"
-        raise InvalidInput(f"reset options: given {', '.join(unknown)}, allowed {are} {allowed}")
+        raise InvalidInput(f"reset options: given {', '.join(unknown)}, allowed are {allowed}")
     return options

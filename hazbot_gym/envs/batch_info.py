@@ -15,6 +15,7 @@ import numpy.typing as npt
 from hazbot_gym.core.state import Floats, Records
 from hazbot_gym.envs.arguments import Info
 from hazbot_gym.envs.batch_step import Bools, Outputs
+from hazbot_gym.envs.batch_variants import columns_of
 from hazbot_gym.task.leak import gas_info
 from hazbot_gym.task.outcome import CAUSE_NAMES, NOBODY, OUTCOME_NAMES, RUNNING
 
@@ -30,6 +31,7 @@ class Scenarios(NamedTuple):
     keys: npt.NDArray[np.int64]
     places: Names
     times_free_s: Floats
+    randomised: Names  # values by name
 
     def replaced(self, other: Scenarios, where: Bools) -> Scenarios:
         """Return copies with some worlds replaced from others."""
@@ -43,6 +45,7 @@ class Reported(NamedTuple):
     scenarios: Scenarios
     decision_s: float
     terms: tuple[str, ...]  # names of the reward terms
+    own_terms: dict[str, dict[str, float]]  # ranges and weights of those of users
 
 
 def world_info(
@@ -65,6 +68,11 @@ def world_info(
         for value in smelt.values():
             value[~told] = 0
         values["gas"] = masked(told, **smelt)
+    if reported.own_terms:
+        values["own_terms"] = _constants(told, reported.own_terms)
+    if any(scenarios.randomised[told]):
+        values["randomised"] = columns_of(scenarios.randomised, told)
+        values["_randomised"] = told.copy()
     return masked(
         told,
         scenario_key=keys,
@@ -77,6 +85,17 @@ def world_info(
         contact_caused_by=_where(told, _CAUSES[causes]),
         contact_speed_mps=speeds_mps,
         **values,
+    )
+
+
+def _constants(told: Bools, values: dict[str, dict[str, float]]) -> Info:
+    """Return numbers that are the same in all reported worlds."""
+    return masked(
+        told,
+        **{
+            name: masked(told, **{key: np.where(told, value, 0.0) for key, value in each.items()})
+            for name, each in values.items()
+        },
     )
 
 

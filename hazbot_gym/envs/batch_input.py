@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode
 
 from hazbot_gym.config import Config
 from hazbot_gym.core.state import Floats
-from hazbot_gym.envs.arguments import array_of, options_of
+from hazbot_gym.envs.arguments import array_of, options_of, overrides_of
 from hazbot_gym.envs.batch_step import Bools
 from hazbot_gym.envs.corridor import scenario_key_of
 from hazbot_gym.errors import InvalidInput
@@ -62,15 +62,17 @@ def _wrong(values: npt.NDArray[np.generic], allowed: str) -> InvalidInput:
     return InvalidInput(f"actions: given {given}, allowed are {allowed}")
 
 
-def reset_options_of(options: object, worlds: int) -> tuple[Bools, list[int | None]]:
-    """Return a mask of worlds to reset, and the requested scenario keys, if any."""
-    options = options_of(options, "key", "reset_mask")
+def reset_options_of(
+    options: object, worlds: int
+) -> tuple[Bools, list[int | None], Mapping[str, object]]:
+    """Return a mask of worlds to reset, the requested scenario keys, if any, and config deltas."""
+    options = options_of(options, "key", "config", "reset_mask")
     mask = np.ones(worlds, np.bool_)
     if "reset_mask" in options:
         mask = mask_of(options["reset_mask"], worlds, "reset_mask")
     if not mask.any():
         raise InvalidInput("reset_mask: given no world, allowed is at least one")
-    return mask, _keys_of(options.get("key"), worlds)
+    return mask, _keys_of(options.get("key"), worlds), overrides_of(options)
 
 
 def _keys_of(given: Any, worlds: int) -> list[int | None]:

@@ -12,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from hazbot_gym.core.geometry import path_length
+from hazbot_gym.core.hooks import call
 from hazbot_gym.core.jit import LANES, lean_kernel, scalar
-from hazbot_gym.core.state import NO_PATTERN, Floats, Records
+from hazbot_gym.core.state import NO_PATTERN, Floats, Ints, Records
 from hazbot_gym.sim.batched_worlds import (
     Mechanics,
     Surroundings,
@@ -35,6 +36,8 @@ from hazbot_gym.task.scenario import ScenarioTable, draw_scenario
 from hazbot_gym.task.step_record import open_record
 from hazbot_gym.task.survey import survey
 
+NEXT_STEP, SAME_STEP, RESET_ENDED = range(3)  # modes of ``run_worlds``
+
 Bools = npt.NDArray[np.bool_]
 Observations = npt.NDArray[np.float32]
 
@@ -54,7 +57,7 @@ class Outputs(NamedTuple):
     observations: Observations  # (N, width)
     final_observations: Observations  # (N, width) of episodes that ended and were reset at once
     records: Records  # (N,) STEP
-    terms: Floats  # (N, 7), with gas (N, 8)
+    terms: Floats  # (N, 7), with gas (N, 8); those of users come last
     rewards: Floats  # (N,) their weighted sum
     costs: Floats  # (N,) safety cost
     steps: npt.NDArray[np.int64]  # (N,) decisions taken in the episode, its last included
@@ -69,7 +72,8 @@ class Problem(NamedTuple):
     sensors: Records  # (1,) SensorParameters
     ring: Records  # (n,) RING, range sensors
     rules: Records  # (1,) Rules
-    weights: Floats  # (7,) of the reward terms, with gas (8,)
+    weights: Floats  # of the reward terms
+    own_terms: Ints  # addresses of the reward terms of users
     nobody: Records  # (1,) blank PERSON
     start_speed_mps: float
 
@@ -121,6 +125,12 @@ def _judge(
     judge(record, worlds.robots[i], worlds.people[i], path, contact, steps, problem.rules[0], terms)
     if worlds.gas.shape[0] > 0:
         terms[SURVEY] = survey(worlds.gas[i], record.outcome, problem.table.gas.nose[0])
+    first = terms.shape[0] - problem.own_terms.shape[0]
+    for k in range(problem.own_terms.shape[0]):
+        call(
+            problem.own_terms[k], worlds.robots[i], worlds.people[i], record, problem.rules[0],
+            terms[first + k : first + k + 1],
+        )  # fmt: skip
     outputs.rewards[i] = total(terms, problem.weights)
     outputs.costs[i] = safety_cost(terms, record.cause)
     outputs.steps[i] = steps
@@ -189,7 +199,7 @@ def run_worlds(
     last: int,
     mask: Bools,
     actions: Floats,
-    is_same_step: bool,
+    mode: int,
     reflex_stop_m: float,
     worlds: Worlds,
     episodes: Episodes,
@@ -200,15 +210,17 @@ def run_worlds(
 ) -> None:
     """Step or reset those of the worlds ``first`` to ``last - 1`` that are in the mask.
 
-    A world with an ended episode is reset, the others take a step; with SAME_STEP a world is reset
-    as soon as its episode ends. One kernel does both to halve the compile time. ``group`` and
+    A world with an ended episode is reset, the others take a step; with the mode SAME_STEP a world
+    is reset as soon as its episode ends, with RESET_ENDED worlds are reset whose episodes have just
+    ended, as if by SAME_STEP. One kernel does all to halve the compile time. ``group`` and
     ``work`` are scratch memory; each thread needs its own.
     """
     lanes, i = group[0], first
     while i < last:
         count = 0
         while i < last and count < LANES:
-            episodes.was_over[i] = episodes.is_over[i]
+            if mask[i] and mode != RESET_ENDED:
+                episodes.was_over[i] = episodes.is_over[i]
             if mask[i] and not episodes.is_over[i]:
                 lanes.world[count] = i
                 _command(i, actions[i], reflex_stop_m, worlds, problem, outputs)
@@ -222,5 +234,5 @@ def run_worlds(
             _judge(stepped, lanes.contact[lane], worlds, episodes, problem, outputs)
             _observe(stepped, worlds, problem, outputs)
     for i in range(first, last):
-        if mask[i] and episodes.is_over[i] and (is_same_step or episodes.was_over[i]):
+        if mask[i] and episodes.is_over[i] and (mode != NEXT_STEP or episodes.was_over[i]):
             _reset_world(i, worlds, episodes, problem, outputs, work)

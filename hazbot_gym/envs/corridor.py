@@ -11,8 +11,15 @@ import numpy as np
 import numpy.typing as npt
 
 from hazbot_gym.config import Config, make_config
+from hazbot_gym.core.own_walking import check_walk
 from hazbot_gym.core.state import NO_CONTACT, TRACK, as_record, records
-from hazbot_gym.envs.arguments import Info, array_of, options_of
+from hazbot_gym.envs.arguments import (
+    Info,
+    array_of,
+    episode_base,
+    options_of,
+    overrides_of,
+)
 from hazbot_gym.envs.spec import CompleteSpec, horizon_given_to_make
 from hazbot_gym.envs.viewer import MODES, Viewer
 from hazbot_gym.errors import InvalidInput
@@ -30,7 +37,14 @@ from hazbot_gym.task.action import ACTION_TOLERANCE, SPEED_LEVELS, commanded_spe
 from hazbot_gym.task.leak import gas_info
 from hazbot_gym.task.observation import layout_in, markdown_table, observe_kernel
 from hazbot_gym.task.outcome import CAUSE_NAMES, OUTCOME_NAMES, RUNNING, TIMEOUT
-from hazbot_gym.task.reward import judge_kernel, safety_cost, terms_of, weights_of
+from hazbot_gym.task.randomised import draw_config, most_people
+from hazbot_gym.task.reward import (
+    judge_kernel,
+    own_terms_in,
+    safety_cost,
+    terms_of,
+    weights_of,
+)
 from hazbot_gym.task.scenario import ScenarioSampler
 from hazbot_gym.task.step_record import STEP, rules_of
 from hazbot_gym.task.survey import survey_kernel
@@ -78,12 +92,14 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
     A weighted sum of the terms in ``info["reward_terms"]`` (``task/reward.py``); the weights are
     ``config.reward``. ``info["cost"]`` is the safety cost for constrained learning: the intrusion
     term, plus 1 for a robot-caused contact. With gas there is one more term, ``survey``: leaks
-    reported and missed, and false alarms.
+    reported and missed, and false alarms. Terms of your own (``own_terms``) come last;
+    ``info["own_terms"]`` has their ranges and weights.
 
     ## Starting State
 
     The robot is at rest at the start of its path. People are sampled such that they meet the robot;
-    the sample is a pure function of a key that ``reset(seed=...)`` draws from ``np_random``.
+    the sample is a pure function of a key that ``reset(seed=...)`` draws from ``np_random``. So are
+    randomised values of the config, which are in ``info["randomised"]``.
 
     ## Episode End
 
@@ -137,30 +153,48 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": 1.0 / self.config.clock.decision_s}
         self._viewer = Viewer(render_mode, self.config)
-        self.source = ScenarioSampler(self.config)
-        self._world = World(self.config)
-        self._sensors = as_record(sensor_parameters(self.config))
-        self._ring = ring_of(self.config)
-        self._weights = weights_of(self.config)
         self._term_names = terms_of(self.config)
         self._layout = layout_in(self.config)
         observed, self.action_space = spaces_of(self.config)
         self.observation_space = cast("gymnasium.Space[npt.NDArray[np.float32]]", observed)
-        self._ranges = np.zeros(len(self._ring))
         self._terms = np.zeros(len(self._term_names))
         self._record = records(STEP, 1)
-        self._rules = as_record(rules_of(self.config))
-        self._free_times: dict[bytes, float] = {}
         self._is_over = True
+        self._prepare(self.config, warns=True)
+        most_people(self.config, self.source.people)  # tries all extreme values
+
+    def _prepare(self, config: Config, *, warns: bool = False) -> None:
+        """Prepare for episodes with a config; ``warns`` of a doubtful place."""
+        self.episode_config = config
+        self.source = ScenarioSampler(config, warns=warns)
+        self._world = World(config)
+        self._sensors = as_record(sensor_parameters(config))
+        self._ring = ring_of(config)
+        self._ranges = np.zeros(len(self._ring))
+        self._weights = weights_of(config)
+        self._own_terms = own_terms_in(config)
+        self._rules = as_record(rules_of(config))
+        self._free_times: dict[bytes, float] = {}
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[npt.NDArray[np.float32], Info]:
-        """Start an episode; ``options={"key": k}`` selects the scenario of that key."""
-        asked = _requested_key(options)
+        """Start an episode.
+
+        Args:
+            seed: As in Gymnasium.
+            options: ``{"key": k}`` for the scenario of that key; ``{"config": {...}}`` for other
+                values of the config in this episode.
+        """
+        checked = options_of(options, "key", "config")
+        base = episode_base(self.config, overrides_of(checked))
+        asked = scenario_key_of(checked["key"]) if "key" in checked else None
         super().reset(seed=None if seed is None else whole_number(seed, "seed", 0))
         key = int(self.np_random.integers(2**63))
         key = key if asked is None else asked
+        config, self._randomised = draw_config(base, key)
+        if config is not self.episode_config:
+            self._prepare(config)
         scenario = self.source.draw(key)
         self._world.reset(scenario.place, scenario.people, scenario.recording, key)
         self._key, self._place, self._is_over = key, scenario.name, False
@@ -169,10 +203,10 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         self._time_free_s = self._free_time_s()
         people = len(scenario.people)
         self._tracks = blank_tracks(people)
-        memory = tracker_of(self.config).latency_steps + 1
+        memory = tracker_of(config).latency_steps + 1
         self._history = records(TRACK, memory * people).reshape(memory, people)
         self._perceive()
-        self._viewer.begin()
+        self._viewer.begin(config)
         self._show("")
         return self._observe(), self._info()
 
@@ -184,6 +218,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
             raise InvalidInput("step: the episode is over, call reset first")
         self._command(self._checked(action))
         self._world.advance()  # drive and walk
+        check_walk(self.config.people.model, self._world.people)
         self._perceive()
         outcome = self._judge()
         observation = self._observe()
@@ -229,12 +264,12 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
             world.robots["s"],
             world.robots["command"],
         )
-        speed_mps = commanded_speed(action, self.config.drive.nominal_speed_mps)
+        speed_mps = commanded_speed(action, self.episode_config.drive.nominal_speed_mps)
         world.command(speed_mps, stops=self._reflex())
 
     def _reflex(self) -> bool:
         """Return True if the reflex is enabled and an obstacle is near ahead."""
-        stop_m = self.config.drive.reflex_stop_m
+        stop_m = self.episode_config.drive.reflex_stop_m
         return stop_m > 0.0 and nearest_ahead(self._ranges, self._ring.view(np.recarray)) < stop_m
 
     def _perceive(self) -> None:
@@ -274,6 +309,10 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         )
         if len(self._gas):
             survey_kernel(self._gas, self._record, self.source.table.gas.nose, self._terms)
+        if self._own_terms.terms:
+            self._own_terms.write(
+                world.robots, world.people, self._record, self._rules, self._terms
+            )
         return int(self._record["outcome"][0])
 
     def _observe(self) -> npt.NDArray[np.float32]:
@@ -308,6 +347,10 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         }
         if len(self._gas):
             info["gas"] = {name: value.item() for name, value in gas_info(self._gas).items()}
+        if self._own_terms.terms:
+            info["own_terms"] = self._own_terms.info()
+        if self._randomised:
+            info["randomised"] = self._randomised.copy()
         return info
 
     def _free_time_s(self) -> float:
@@ -325,11 +368,6 @@ def spaces_of(config: Config) -> tuple[gymnasium.spaces.Box, gymnasium.Space[obj
     if config.action_type == "discrete":
         return observations, gymnasium.spaces.Discrete(len(SPEED_LEVELS))
     return observations, gymnasium.spaces.Box(-1.0, 1.0, (1,))
-
-
-def _requested_key(options: object) -> int | None:
-    options = options_of(options, "key")
-    return scenario_key_of(options["key"]) if "key" in options else None
 
 
 def scenario_key_of(given: object) -> int:

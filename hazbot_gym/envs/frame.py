@@ -17,6 +17,7 @@ PX_PER_M = 64.0  # fixed scale for small places, so that robots have equal size
 FARTHEST_PX_PER_M = 48.0  # below this scale, the view follows the robot
 MARGIN_M, LEAST_MARGIN_M = 1.6, 0.8  # margin around the path: default and maximum
 SMALLEST, LARGEST = (880, 416), (1152, 656)  # width and height of a scene, pixels
+PANEL_TERMS = 7  # reward terms in a panel without a further row
 MULTIPLE = 16  # divisor of both sides; required by video codecs
 
 
@@ -66,6 +67,11 @@ class Frame(NamedTuple):
     time_s: float = 0.0
     outcome: str = ""
     gas: GasFrame | None = None
+
+    @property
+    def has_strip(self) -> bool:
+        """Whether the panel has a further row: for gas, or for the reward terms of users."""
+        return self.gas is not None or len(self.terms) > PANEL_TERMS
 
 
 class View(NamedTuple):

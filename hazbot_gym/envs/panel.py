@@ -1,4 +1,7 @@
-"""Panel below a scene: time, outcome, speed, legend, reward terms; with gas, a strip of gas."""
+"""Panel below a scene: time, outcome, speed, legend, reward terms.
+
+A strip below has the gas, if any, and room for the reward terms of users.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,7 @@ from hazbot_gym.envs.plume import GasFrame
 from hazbot_gym.envs.scene import DIAMOND, INTIMATE, PERSONAL
 
 HEIGHT_PX = 128
-STRIP_PX = 32  # further height with gas
+STRIP_PX = 32  # further height with gas or own terms
 EDGE_PX = 20.0  # free at both ends
 ROWS_PX = (26.0, 51.0, 76.0, 101.0)  # middle of each row
 STRIP_ROW_PX = 132.0
@@ -48,9 +51,9 @@ def draw_panel(canvas: Canvas, frame: Frame, px_per_m: float) -> None:
         _draw_gas(canvas, frame.gas)
 
 
-def height_px(*, has_gas: bool) -> int:
+def height_px(*, has_strip: bool) -> int:
     """Return the height of the panel."""
-    return HEIGHT_PX + STRIP_PX * has_gas
+    return HEIGHT_PX + STRIP_PX * has_strip
 
 
 def _draw_state(canvas: Canvas, frame: Frame) -> None:

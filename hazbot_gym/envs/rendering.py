@@ -26,9 +26,9 @@ from hazbot_gym.envs.scene import (
 class Painter:
     """Painter with a fixed picture size, set by the first place (required for videos)."""
 
-    def __init__(self, place: Place, *, has_gas: bool = False) -> None:
+    def __init__(self, place: Place, *, has_strip: bool = False) -> None:
         self.width, self.height = size_of(place)
-        self._panel = Canvas(View(0.0, 0.0, 1.0, self.width, height_px(has_gas=has_gas)))
+        self._panel = Canvas(View(0.0, 0.0, 1.0, self.width, height_px(has_strip=has_strip)))
         self._view: View | None = None
         self._place: Place | None = None
         self._plume_grid: PlumeGrid | None = None
@@ -76,4 +76,4 @@ class Painter:
 
 def draw(frame: Frame) -> Image:
     """Return the picture of a frame as (height, width, 3) of uint8."""
-    return Painter(frame.place, has_gas=frame.gas is not None).paint(frame)
+    return Painter(frame.place, has_strip=frame.has_strip).paint(frame)

@@ -244,10 +244,15 @@ def _spec_of(env_id: str) -> EnvSpec:
 
 def _common(options: list[Info]) -> Info:
     """Merge the options of all worlds into those of a batch."""
-    unknown = sorted({str(name) for each in options for name in each if name != "key"})
+    unknown = sorted({str(name) for each in options for name in each} - {"key", "config"})
     if unknown:
-        raise InvalidInput(f"reset options: given {', '.join(unknown)}, allowed is key")
-    return {"key": [each.get("key") for each in options]}
+        raise InvalidInput(f"reset options: given {', '.join(unknown)}, allowed are key and config")
+    deltas = [each.get("config", {}) for each in options]
+    if any(each != deltas[0] for each in deltas):
+        raise InvalidInput(
+            "reset options: config: given different ones, allowed is the same for all"
+        )
+    return {"key": [each.get("key") for each in options], "config": deltas[0]}
 
 
 def _decision_of(info: Info, names: Sequence[str]) -> tuple[Floats, Floats]:

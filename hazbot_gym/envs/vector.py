@@ -6,7 +6,7 @@ after ``reset(seed=s_i)``, in all episodes; a parity test compares the two engin
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, cast
 
@@ -17,9 +17,9 @@ from gymnasium.vector.utils import batch_space
 
 from hazbot_gym.config import Config, make_config
 from hazbot_gym.core.jit import LANES
-from hazbot_gym.core.place_table import place_at
-from hazbot_gym.core.state import PERSON, Floats, Records, as_record, records
-from hazbot_gym.envs.arguments import Info
+from hazbot_gym.core.own_walking import check_walk
+from hazbot_gym.core.state import Floats, Records, records
+from hazbot_gym.envs.arguments import Info, episode_base
 from hazbot_gym.envs.batch_info import Reported, Scenarios, final_info, rows_of, world_info
 from hazbot_gym.envs.batch_input import (
     Seeds,
@@ -31,20 +31,30 @@ from hazbot_gym.envs.batch_input import (
     reset_options_of,
     seeds_of,
 )
-from hazbot_gym.envs.batch_step import Bools, Episodes, Observations, Outputs, Problem, run_worlds
+from hazbot_gym.envs.batch_step import (
+    NEXT_STEP,
+    RESET_ENDED,
+    SAME_STEP,
+    Bools,
+    Episodes,
+    Observations,
+    Outputs,
+    run_worlds,
+)
+from hazbot_gym.envs.batch_variants import Group, Variant, Variants
 from hazbot_gym.envs.batch_viewer import BatchViewer
 from hazbot_gym.envs.corridor import spaces_of
 from hazbot_gym.envs.spec import CompleteSpec, horizon_given_to_make_vec
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.sim.batched_worlds import GROUP, allocate, mechanics
-from hazbot_gym.sim.drive import free_time_s
-from hazbot_gym.sim.perception import ring_of, sensor_parameters, tracker_of
-from hazbot_gym.sim.walkers import make_workspace
+from hazbot_gym.sim.batched_worlds import GROUP, allocate, with_room
+from hazbot_gym.sim.perception import tracker_of
+from hazbot_gym.sim.walkers import Workspace, make_workspace
 from hazbot_gym.task.observation import layout_in
 from hazbot_gym.task.outcome import RUNNING, TIMEOUT
-from hazbot_gym.task.reward import terms_of, weights_of
+from hazbot_gym.task.randomised import most_people
+from hazbot_gym.task.reward import own_terms_in, terms_of
 from hazbot_gym.task.scenario import ScenarioSampler
-from hazbot_gym.task.step_record import STEP, rules_of
+from hazbot_gym.task.step_record import STEP
 from hazbot_gym.utils import processors
 from hazbot_gym.utils.threads import Threads
 
@@ -143,42 +153,36 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         self._allocate()
         self._viewer = None
         if render_mode is not None:
-            places = self._problem.table.places
-            self._viewer = BatchViewer(render_mode, self.config, self.num_envs, places)
+            self._viewer = BatchViewer(render_mode, self.config, self.num_envs, self._variants)
 
     def _allocate(self) -> None:
         config, n = self.config, self.num_envs
-        self.source = source = ScenarioSampler(config)
-        self._place_names = np.array(source.names, object)
-        self._free_times_s = np.full(len(source.names), np.nan)  # allocated on demand
-        self._problem = Problem(
-            table=source.table,
-            mechanics=mechanics(config),
-            sensors=as_record(sensor_parameters(config)),
-            ring=ring_of(config),
-            rules=as_record(rules_of(config)),
-            weights=weights_of(config),
-            nobody=records(PERSON, 1),
-            start_speed_mps=config.drive.start_speed_mps,
-        )
+        self._own_terms = own_terms_in(config)
+        self._variants = Variants(config, n)
+        self._problem = self._variants.first.problem
+        people = most_people(config, self._variants.first.source.people)
         self._worlds = allocate(
             n,
-            source.people,
+            people,
             len(self._problem.ring),
             tracker_latency=tracker_of(config).latency_steps,
             drive_latency=config.drive.latency_steps,
             has_gas=config.gas is not None,
         )
         self._blocks = _blocks(n, self._thread_count)
-        room = LANES * source.people
-        self._workspaces = [(records(GROUP, 1), make_workspace(room)) for _ in self._blocks]
+        self._workspaces = self._make_workspaces(people)
         self._episodes = Episodes(
             keys=np.zeros((n, KEYS_AHEAD), np.uint64),
             used=np.full(n, KEYS_AHEAD, np.int64),
             is_over=np.ones(n, np.bool_),
             was_over=np.ones(n, np.bool_),
         )
-        self._scenarios = Scenarios(np.zeros(n, np.int64), np.full(n, None, object), np.zeros(n))
+        self._scenarios = Scenarios(
+            np.zeros(n, np.int64),
+            np.full(n, None, object),
+            np.zeros(n),
+            self._variants.values.copy(),
+        )
         self._finished = self._scenarios  # of the last ended episodes, in SAME_STEP
         width = layout_in(config).width
         self._outputs = Outputs(
@@ -202,9 +206,11 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         Args:
             seed: As in Gymnasium's vector environments.
             options: ``{"reset_mask": (N,) bool}`` for some worlds only; ``{"key": k}`` for the
-                scenario of that key, or a list with one key per world.
+                scenario of that key, or a list with one key per world; ``{"config": {...}}`` for
+                other values of the config, until the world's next call of ``reset``.
         """
-        mask, keys = reset_options_of(options, self.num_envs)
+        mask, keys, deltas = reset_options_of(options, self.num_envs)
+        base = episode_base(self.config, deltas)
         if seed is None and not self._generators:
             seed = int(cast(int, self.np_random_seed))  # drawn by Gymnasium; repeats what follows
         self._seed(seeds_of(seed, self.num_envs), mask)
@@ -217,6 +223,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             if (key := keys[i]) is not None:  # instead of the drawn key, as in CorridorEnv
                 self._episodes.keys[i, self._episodes.used[i]] = key
         self._episodes.is_over[mask] = True
+        self._variants.set_base(base, mask)
         self._run(mask, np.zeros(self.num_envs))
         self._scenarios = self._met(mask)
         if self._viewer:
@@ -288,6 +295,16 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         """Safety costs of the last decision (N,), valid until the next step."""
         return self._outputs.costs
 
+    @property
+    def source(self) -> ScenarioSampler:
+        """Sampler of the scenarios of the environment's own config."""
+        return self._variants.first.source
+
+    def episode_of(self, i: int) -> tuple[Config, ScenarioSampler]:
+        """Return the config of world i's episode, and the sampler of its scenario."""
+        variant = self._variants.of(i)
+        return variant.config, variant.source
+
     def state(self) -> State:
         """Return the true state of all worlds, for metrics."""
         worlds = self._worlds
@@ -305,11 +322,13 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
 
     def places(self) -> npt.NDArray[np.object_]:
         """Return the name of each world's place or recording (N,)."""
-        return self._place_names[self._worlds.places]
+        names: npt.NDArray[np.object_] = self._of_places(lambda each, places: each.names[places])
+        return names
 
     def free_times_s(self) -> Floats:
         """Return the travel time of each world's path without people (N,) [s]."""
-        return self._free_times_of(self._worlds.places)
+        times_s: Floats = self._of_places(lambda each, places: each.free_times_s(places))
+        return times_s
 
     def close_extras(self, **kwargs: object) -> None:
         """Stop the threads; idempotent."""
@@ -329,6 +348,9 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         checked = actions_of(actions, self.num_envs, self.config)
         self._refill(self._episodes.used >= KEYS_AHEAD)
         self._run(mask, checked)
+        check_walk(self.config.people.model, self._worlds.people)
+        if self._own_terms.terms:
+            self._own_terms.check(self._outputs.terms)
         outcome = self._outputs.records["outcome"]
         return outcome != RUNNING, outcome == TIMEOUT
 
@@ -337,7 +359,9 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         return world_info(reported, self._outputs, self._worlds.gas, told=told, fresh=fresh)
 
     def _reported(self, scenarios: Scenarios) -> Reported:
-        return Reported(scenarios, self.config.clock.decision_s, terms_of(self.config))
+        return Reported(
+            scenarios, self.config.clock.decision_s, terms_of(self.config), self._own_terms.info()
+        )
 
     def _times_s(self) -> Floats:
         """Return the time since each world's reset (N,) [s]."""
@@ -350,41 +374,69 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         threads. The first call is serial, so that compilation runs in the main thread and can be
         interrupted.
         """
-        arguments = (
-            mask,
-            actions,
-            self.autoreset_mode == AutoresetMode.SAME_STEP,
-            self.config.drive.reflex_stop_m,
-            self._worlds,
-            self._episodes,
-            self._problem,
-            self._outputs,
-        )
+        is_same_step = self.autoreset_mode == AutoresetMode.SAME_STEP
+        if self._variants.are_alike:
+            first = self._variants.first
+            group = Group(first.problem, first.config.drive.reflex_stop_m, mask)
+            self._run_groups([group], actions, SAME_STEP if is_same_step else NEXT_STEP)
+            return
+        over = self._episodes.is_over.copy()
+        self._begin_each(mask & over, actions, NEXT_STEP)
+        stepped = mask & ~over
+        self._run_groups(self._variants.groups(stepped), actions, NEXT_STEP)
+        if is_same_step:
+            self._begin_each(stepped & self._episodes.is_over, actions, RESET_ENDED)
+
+    def _begin_each(self, mask: Bools, actions: Floats, mode: int) -> None:
+        """Begin the next episodes of some worlds, each with a config of its own."""
+        groups = []
+        for i in np.flatnonzero(mask):
+            key = int(self._episodes.keys[i, self._episodes.used[i]])
+            variant, only = self._variants.begin(int(i), key), np.zeros_like(mask)
+            only[i] = True
+            groups.append(Group(variant.problem, variant.config.drive.reflex_stop_m, only))
+        if (people := self._variants.people()) > self._worlds.people.shape[1]:
+            self._worlds = with_room(self._worlds, people)
+            self._workspaces = self._make_workspaces(people)
+        self._run_groups(groups, actions, mode)
+
+    def _run_groups(self, groups: Sequence[Group], actions: Floats, mode: int) -> None:
+        """Run the kernel over groups of worlds, one block per thread."""
         pieces = [
-            (*block, *arguments, *work)
-            for block, work in zip(self._blocks, self._workspaces, strict=True)
-        ]
+            [
+                (
+                    first + int(here[0]), first + int(here[-1]) + 1, group.worlds, actions, mode,
+                    group.reflex_stop_m, self._worlds, self._episodes, group.problem,
+                    self._outputs, *work,
+                )
+                for group in groups
+                if len(here := np.flatnonzero(group.worlds[first:last]))
+            ]
+            for (first, last), work in zip(self._blocks, self._workspaces, strict=True)
+        ]  # fmt: skip
         if not self._has_run:
-            for piece in pieces:
-                run_worlds(*piece)
+            for block in pieces:
+                _run_block(block)
             self._has_run = True
             return
-        jobs = [self._threads.submit(run_worlds, *piece) for piece in pieces[1:]]
-        run_worlds(*pieces[0])
+        jobs = [self._threads.submit(_run_block, block) for block in pieces[1:]]
+        _run_block(pieces[0])
         for job in jobs:
             job.result()
 
-    def _free_times_of(self, places: npt.NDArray[np.int64]) -> Floats:
-        """Return the travel times of some places' paths without people [s]."""
-        for i in np.unique(places[np.isnan(self._free_times_s[places])]):
-            self._free_times_s[i] = free_time_s(
-                place_at(self._problem.table.places, i).path,
-                self._problem.mechanics.drive,
-                self._problem.mechanics.gains,
-                self._problem.start_speed_mps,
-                self.config.arrival_tolerance_m,
-            )
-        return self._free_times_s[places]
+    def _make_workspaces(self, people: int) -> list[tuple[Records, Workspace]]:
+        """Return the scratch memory of each thread."""
+        room = LANES * people
+        return [(records(GROUP, 1), make_workspace(room)) for _ in self._blocks]
+
+    def _of_places(self, value: Callable[[Variant, Any], Any]) -> Any:
+        """Return a value of each world's place (N,)."""
+        places = self._worlds.places
+        if self._variants.are_alike:
+            return value(self._variants.first, places)
+        return np.concatenate(
+            [value(self._variants.of(i), places[i : i + 1]) for i in range(self.num_envs)]
+        )
 
     def _may_step(self, due: Bools) -> None:
         """Raise if a reset is due: before the first reset, and without autoreset."""
@@ -419,13 +471,17 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         """Return the current scenarios of the worlds, if some have just been reset."""
         if not fresh.any():
             return self._scenarios
-        places = self._worlds.places
         now = Scenarios(
-            self._worlds.keys.astype(np.int64),
-            self._place_names[places],
-            self._free_times_of(places),
-        )
+            self._worlds.keys.astype(np.int64), self.places(), self.free_times_s(),
+            self._variants.values,
+        )  # fmt: skip
         return self._scenarios.replaced(now, fresh)
+
+
+def _run_block(pieces: Sequence[tuple[Any, ...]]) -> None:
+    """Run the kernel over the groups of a block."""
+    for piece in pieces:
+        run_worlds(*piece)
 
 
 def _blocks(worlds: int, threads: int) -> list[tuple[int, int]]:

@@ -46,8 +46,9 @@ class Viewer:
         self._painter: Painter | None = None
         self._window: Window | None = None
 
-    def begin(self) -> None:
-        """Clear the last episode."""
+    def begin(self, config: Config) -> None:
+        """Clear the last episode; the next one has a config, which may differ."""
+        self._config, self._weights = config, weights_of(config)
         self._trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_STEPS)
         self._castor_rad = self._total_reward = 0.0
 
@@ -61,7 +62,7 @@ class Viewer:
             world: The world.
             ranges_m: (sensors,) ultrasonic readings.
             patterns: The tracked pattern of each person.
-            terms: (7,) unweighted reward terms of the decision; with gas (8,).
+            terms: Unweighted reward terms of the decision.
             outcome: Outcome of the episode, or "" while it runs.
             gas: (1,) GAS record; (0,) without gas.
             key: Key of the scenario.
@@ -81,7 +82,7 @@ class Viewer:
             ranges_m=ranges_m.copy(),
             trail=np.array(self._trail),
             castor_rad=self._castor_rad,
-            terms=dict(zip(terms_of(self._config), weighted.tolist(), strict=True)),
+            terms=pictured_terms(self._config, weighted),
             total_reward=self._total_reward,
             time_s=world.time_s,
             outcome=outcome,
@@ -121,14 +122,21 @@ class Viewer:
         if self._painter is None:
             from hazbot_gym.envs.rendering import Painter
 
-            has_gas = self._frame.gas is not None
-            self._painter = Painter(self._frame.place, has_gas=has_gas)
+            has_strip = self._frame.has_strip
+            self._painter = Painter(self._frame.place, has_strip=has_strip)
         return self._painter.paint(self._frame)
 
 
 def castor_of(speed_mps: float, omega: float, config: Config) -> float:
     """Return the castor's angle [rad] of a robot that drives and turns [rad/s]."""
     return castor_angle(speed_mps / omega if omega else math.inf, config.drive.chassis)
+
+
+def pictured_terms(config: Config, weighted: Floats) -> dict[str, float]:
+    """Return weighted reward terms by name; without gas there is room for the sum of a user's."""
+    terms = dict(zip(terms_of(config), weighted.tolist(), strict=True))
+    own = [terms.pop(name) for name in config.own_terms]
+    return terms | {"own terms": sum(own)} if own and config.gas is None else terms
 
 
 def frame_of(config: Config, place: Place, robot: np.void, **others: Any) -> Frame:

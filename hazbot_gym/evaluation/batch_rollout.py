@@ -109,7 +109,7 @@ def _run_round(
     """Run one episode in each world."""
     observations, start = worlds.reset(seed=seeds)
     keys = start["scenario_key"].tolist()
-    labels = [labels_of(worlds.source, key) for key in keys]
+    labels = [labels_of(worlds.episode_of(i)[1], key) for i, key in enumerate(keys)]
     log = _Log(worlds, limit)
     state, is_start = None, np.ones(worlds.num_envs, np.bool_)
     while log.live.any():
@@ -145,13 +145,11 @@ class _Log:
         self.live = np.ones(n, np.bool_)
         self._steps, self._limit = np.zeros(n, np.int64), limit
         self._horizon_s = limit * worlds.config.clock.decision_s
-        self._drive = worlds.config.drive
         self._robots = np.empty((limit + 1, n, len(ROBOT_COLUMNS)))
         self._times_s = np.empty((limit + 1, n))
         self._rewards, self._costs = np.empty((limit, n)), np.empty((limit, n))
         self._terms = {name: np.empty((limit, n)) for name in terms_of(worlds.config)}
         self._gas = np.empty((limit + 1, n if worlds.config.gas else 0), GAS)
-        self._rise_s = rise_s_of(worlds.config)
         self._people: list[tuple[Ints, Ints, Floats]] = []  # world, person, columns; by instant
         self._info: Info = {}
         self._note_state(0, worlds.state())
@@ -194,10 +192,13 @@ class _Log:
             mine = by_world[ends[i] : ends[i + 1]]
             count = int(self._steps[i]) + 1
             who, present = stack_people(instants[mine], persons[mine], people[mine], count)
-            alone = walked_alone(worlds.config, worlds.source, key, who, count)
-            yield self._episode(i, present, alone, float(free_s))
+            config, source = worlds.episode_of(i)
+            alone = walked_alone(config, source, key, who, count)
+            yield self._episode(i, config, present, alone, float(free_s))
 
-    def _episode(self, i: int, people: Floats, alone: Floats, free_s: float) -> Episode:
+    def _episode(
+        self, i: int, config: Config, people: Floats, alone: Floats, free_s: float
+    ) -> Episode:
         steps = int(self._steps[i])
         robot, done = self._robots[: steps + 1, i], slice(steps)
         return Episode(
@@ -215,8 +216,8 @@ class _Log:
             time_free_s=free_s,
             horizon_s=self._horizon_s,
             robot_radius_m=ROBOT_RADIUS_M,
-            deceleration_mps2=self._drive.deceleration_mps2,
-            nominal_mps=self._drive.nominal_speed_mps,
-            sensor_rise_s=self._rise_s,
+            deceleration_mps2=config.drive.deceleration_mps2,
+            nominal_mps=config.drive.nominal_speed_mps,
+            sensor_rise_s=rise_s_of(config),
             gas=self._gas[: steps + 1, i : i + 1].reshape(-1),
         )

@@ -247,7 +247,7 @@ def _record(
 ) -> Episode:
     """Convert the recorded instants to arrays; ``start`` is the info of the reset."""
     corridor = cast(CorridorEnv, env.unwrapped)
-    config = corridor.config
+    config = corridor.episode_config
     last = steps[-1][1]
     infos = [info for _, info in steps]
     who, people = _people([s.people for s in snapshots], [s.persons for s in snapshots])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hazbot_gym.config import Config
+from hazbot_gym.core.own_walking import address_of_model
 from hazbot_gym.core.state import PRESENT, Floats, Ints
 from hazbot_gym.sim.unattended import walk_unattended
 from hazbot_gym.task.scenario import ScenarioSampler
@@ -32,7 +33,7 @@ def walked_alone(
     steps = every * (instants - 1) + 1
     seen = walk_unattended(
         scenario.people, scenario.place, config.people.force, key=key, steps=steps,
-        dt_s=clock.social_s,
+        dt_s=clock.social_s, own_model=address_of_model(config.people.model),
     )[::every, persons]  # fmt: skip
     where = np.stack([seen["x"], seen["y"]], axis=-1)
     return np.where((seen["status"] == PRESENT)[..., None], where, np.nan)

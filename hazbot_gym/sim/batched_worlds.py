@@ -15,12 +15,15 @@ import numpy.typing as npt
 from hazbot_gym.config import Config
 from hazbot_gym.core.fuzzy_pid import gain_table
 from hazbot_gym.core.jit import LANES, scalar
+from hazbot_gym.core.own_walking import address_of_model
 from hazbot_gym.core.place_table import PlaceTable, place_at
 from hazbot_gym.core.recorded_table import RecordedTable, stretch_of
 from hazbot_gym.core.social_force import SocialForce
 from hazbot_gym.core.state import (
     GAS,
+    GONE,
     NO_CONTACT,
+    NO_PATTERN,
     PERSON,
     ROBOT,
     TRACK,
@@ -99,6 +102,7 @@ class Mechanics(NamedTuple):
     gains: Floats  # fuzzy-PID gain table
     force: Records  # (1,) SocialForce
     reactions: Records  # (4,) Reaction
+    own_model: int  # address of a user's pedestrian model
     physics_per_social: int
     social_per_decision: int
     physics_s: float
@@ -126,6 +130,25 @@ def allocate(
     )
 
 
+def with_room(worlds: Worlds, people: int) -> Worlds:
+    """Return copies of the arrays with room for more people each; nobody is there yet."""
+    more = people - worlds.people.shape[1]
+
+    def widened(array: Records) -> Records:
+        blank = np.zeros((*array.shape[:-1], more), array.dtype)
+        if "status" in (array.dtype.names or ()):
+            blank["status"] = GONE
+        if "pattern" in (array.dtype.names or ()):
+            blank["pattern"] = NO_PATTERN
+        return np.concatenate([array, blank], axis=-1)
+
+    return worlds._replace(
+        people=widened(worlds.people),
+        tracks=widened(worlds.tracks),
+        history=widened(worlds.history),
+    )
+
+
 def mechanics(config: Config) -> Mechanics:
     """Return the parameters of robot and people for a config."""
     return Mechanics(
@@ -133,6 +156,7 @@ def mechanics(config: Config) -> Mechanics:
         gains=gain_table(config.drive.tables),
         force=as_record(config.people.force),
         reactions=np.concatenate([as_record(r) for r in config.people.reactions]),
+        own_model=address_of_model(config.people.model),
         physics_per_social=config.clock.physics_per_social,
         social_per_decision=config.clock.social_per_decision,
         physics_s=config.clock.physics_s,
@@ -155,7 +179,7 @@ def begin_social_period(
     recording = stretch_of(surroundings.recorded, worlds.places[i], worlds.starts[i])
     return begin_social_step(
         worlds.people[i], place_of(worlds, i, surroundings), worlds.robots[i], force,
-        m.reactions, recording, worlds.keys[i], step, m.social_s, work, walkers,
+        m.reactions, m.own_model, recording, worlds.keys[i], step, m.social_s, work, walkers,
     )  # fmt: skip
 
 

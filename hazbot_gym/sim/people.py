@@ -1,7 +1,8 @@
 """Pedestrian simulation: a social step computes velocities, constant until the next step.
 
-Three models share one record type: scripted walkers follow their route without reacting,
-social-force walkers react to people, walls and the robot, and replayed people follow a recording.
+Four models share one record type: scripted walkers follow their route without reacting,
+social-force walkers react to people, walls and the robot, replayed people follow a recording, and
+others walk by a model of a user.
 Velocities are updated simultaneously, from the previous ones.
 """
 
@@ -17,6 +18,7 @@ from hazbot_gym.core.recorded_table import Stretch, rows_of, stay_at
 from hazbot_gym.core.social_force import SocialForce
 from hazbot_gym.core.state import (
     GONE,
+    OWN,
     PRESENT,
     REPLAY,
     ROBOT_RADIUS_M,
@@ -29,6 +31,7 @@ from hazbot_gym.core.state import (
     Records,
     RobotRecord,
 )
+from hazbot_gym.sim.own_people import walk_by_own_model
 from hazbot_gym.sim.spacing import ROBOT_MARGIN_M, keep_off_robot
 from hazbot_gym.sim.walkers import Workspace, force_values, put_down, take_up, walk
 from hazbot_gym.sim.walking import lane_point
@@ -118,7 +121,8 @@ def _advance(me: PersonRecord, routes: Floats, dt_s: float) -> None:
 @routine
 def begin_social_step(
     people: Records, place: Place, robot: RobotRecord, force: SocialForce, reactions: Records,
-    recording: Stretch, key: np.uint64, step: int, dt_s: float, work: Workspace, walkers: int,
+    own_model: int, recording: Stretch, key: np.uint64, step: int, dt_s: float, work: Workspace,
+    walkers: int,
 ) -> int:  # fmt: skip
     """Add and remove people, and load the social-force walkers into the workspace.
 
@@ -143,6 +147,10 @@ def begin_social_step(
         elif me.status == PRESENT:
             if me.model == SCRIPTED:
                 _follow_script(me, place.routes, dt_s)
+            elif me.model == OWN:
+                walk_by_own_model(
+                    own_model, people, i, place, robot, reactions[me.reaction], key, step, dt_s
+                )
             else:
                 take_up(
                     work, walkers, people, i, place, robot, robot_vx, robot_vy, force,
@@ -175,7 +183,7 @@ def end_social_step(
 @scalar
 def social_step(
     people: Records, place: Place, robot: RobotRecord, force: SocialForce, reactions: Records,
-    recording: Stretch, key: np.uint64, step: int, dt_s: float, work: Workspace,
+    own_model: int, recording: Stretch, key: np.uint64, step: int, dt_s: float, work: Workspace,
 ) -> None:  # fmt: skip
     """Compute the velocity of every person of one world for the next social period.
 
@@ -185,6 +193,7 @@ def social_step(
         robot: The robot's record.
         force: Constants of the walking model (a record with the fields of ``SocialForce``).
         reactions: (4,) records of ``Reaction``.
+        own_model: Address of the model of people whose model is OWN.
         recording: Followed by people whose model is REPLAY.
         key: Key of the scenario's noise.
         step: Number of this social step since the reset.
@@ -193,7 +202,7 @@ def social_step(
     """
     values = force_values(force)
     count = begin_social_step(
-        people, place, robot, values, reactions, recording, key, step, dt_s, work, 0
+        people, place, robot, values, reactions, own_model, recording, key, step, dt_s, work, 0
     )
     walk(work, count, values, dt_s)
     end_social_step(people, place, robot, dt_s, work, 0)

@@ -18,6 +18,7 @@ import pymunk
 from hazbot_gym.config import Config
 from hazbot_gym.core.fuzzy_pid import gain_table
 from hazbot_gym.core.jit import LANES, lean_kernel
+from hazbot_gym.core.own_walking import address_of_model
 from hazbot_gym.core.recorded_table import Stretch
 from hazbot_gym.core.state import (
     GAS,
@@ -85,6 +86,7 @@ def _walk(
     place: Place,
     force: Records,
     reactions: Records,
+    own_model: int,
     recording: Stretch,
     key: np.uint64,
     step: int,
@@ -95,8 +97,9 @@ def _walk(
     if step > 0:
         move_people(people, dt_s)
     social_step(
-        people, place, robots[0], force[0], reactions, recording, np.uint64(key), step, dt_s, work
-    )
+        people, place, robots[0], force[0], reactions, own_model, recording, np.uint64(key), step,
+        dt_s, work,
+    )  # fmt: skip
     return slack(people, place.walls, robots[0], dt_s)
 
 
@@ -110,6 +113,7 @@ def _advance_freely(
     gains: Floats,
     force: Records,
     reactions: Records,
+    own_model: int,
     recording: Stretch,
     key: np.uint64,
     first: int,
@@ -131,8 +135,9 @@ def _advance_freely(
             robots, wheels, place.path, parameters, gains, key, period * substeps, substeps, lanes
         )
         slack_m = _walk(
-            people, robots, place, force, reactions, recording, key, period + 1, social_s, work
-        )
+            people, robots, place, force, reactions, own_model, recording, key, period + 1,
+            social_s, work,
+        )  # fmt: skip
         period += 1
     return period, slack_m
 
@@ -158,6 +163,7 @@ class World:
         self._gains = gain_table(config.drive.tables)
         self._force = as_record(config.people.force)
         self._reactions = np.concatenate([as_record(r) for r in config.people.reactions])
+        self._own_model = address_of_model(config.people.model)
         self._tolerance_m = config.arrival_tolerance_m
         self.robots, self._wheels = records(ROBOT, 1), records(WHEEL, 2)
         self._lanes, self._workspace = records(DRIVE_LANES, 1), make_workspace(0)
@@ -275,6 +281,7 @@ class World:
             self._gains,
             self._force,
             self._reactions,
+            self._own_model,
             self._recording,
             self._key,
             first,
@@ -324,6 +331,7 @@ class World:
             self.place,
             self._force,
             self._reactions,
+            self._own_model,
             self._recording,
             self._key,
             step,

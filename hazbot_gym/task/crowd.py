@@ -26,6 +26,7 @@ from hazbot_gym.core.state import (
     ENCOUNTERING,
     GONE,
     LEADING,
+    OWN,
     PATTERN_NAMES,
     PERSON_RADIUS_M,
     PRESENT,
@@ -50,6 +51,7 @@ LEADER_GAP_M = (1.5, 5.0)  # initial distance of leaders
 START_ROOM_M = 1.0  # free distance to others at the start
 ROBOT_ROOM_M = 1.4  # and to the robot
 ATTEMPTS = 8
+MODELS = {"scripted": SCRIPTED, "social_force": SOCIAL_FORCE}  # those of the library
 
 
 class Crowd(NamedTuple):
@@ -85,7 +87,7 @@ def crowd_of(people: People, place: Place, nominal_speed_mps: float) -> Crowd:
         raise InvalidInput("people.mix: asks for crossing only, but the place has no route across")
     mix = np.cumsum(mix / mix.sum())
     return Crowd(
-        model=SCRIPTED if people.model == "scripted" else SOCIAL_FORCE,
+        model=MODELS.get(people.model, OWN),
         family=-1 if people.family == "mixed" else PATTERN_NAMES.index(people.family),
         fewest=people.count[0],
         most=people.count[1],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -179,8 +180,13 @@ def load_place(name: str, options: Mapping[str, float] | None = None) -> Place:
         allowed = ", ".join(PLACES)
         hint = "; its path and walls are said in one" if name.lower().endswith(".wkt") else ""
         raise InvalidInput(f"place: given {name!r}, allowed are {allowed} or a .yaml file{hint}")
+    return _built_in(name, tuple((options or {}).items()))
+
+
+@functools.lru_cache(maxsize=64)  # of each place and its lengths, as building takes 40 ms
+def _built_in(name: str, options: tuple[tuple[str, float], ...]) -> Place:
     known = inspect.signature(PLACES[name]).parameters
-    for option, value in (options or {}).items():
+    for option, value in options:
         if option not in known:
             raise InvalidInput(f"place_options: given {option!r}, {name} takes {', '.join(known)}")
         if not 0.0 < value < 1000.0:
@@ -188,7 +194,7 @@ def load_place(name: str, options: Mapping[str, float] | None = None) -> Place:
                 f"place_options.{option}: given {value}, allowed is 0 < length < 1000"
             )
     try:
-        data = PLACES[name](**(options or {}))
+        data = PLACES[name](**dict(options))
     except ValidationError as error:  # inconsistent lengths, such as a negative remainder
         raise InvalidInput(
             f"place_options: {name} is impossible, {first_error(error, PlaceData)}"

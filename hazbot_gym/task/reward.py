@@ -19,6 +19,8 @@ a crash does not pay.
 | arrival | [0, horizon in s] | at the end: remaining time to the horizon |
 | survey | [-1, 1] | with gas only: leaks reported and missed, false alarms (``task/survey.py``) |
 
+Terms of users come after these (``task/own_terms.py``).
+
 ``nearness`` in the config: ``discomfort``, the largest rated discomfort of a person x (v / v_n)^2,
 or ``depth``, the deepest intrusion into a personal space x v / v_n.
 """
@@ -43,6 +45,7 @@ from hazbot_gym.task.outcome import (
     CONTACT_WALL,
     terminate,
 )
+from hazbot_gym.task.own_terms import OwnTerms
 from hazbot_gym.task.step_record import DEPTH, Rules, StepRecord, measure_progress
 
 TERMS = ("progress", "intrusion", "tracking", "smoothness", "burden", "contact", "arrival")
@@ -56,13 +59,23 @@ PERSON_CAUSED_SHARE = 0.2  # share of the contact term for a person-caused conta
 
 
 def terms_of(config: Config) -> tuple[str, ...]:
-    """Return the names of an environment's reward terms; with gas there is one more."""
+    """Return the names of an environment's reward terms; those of users come last."""
+    return (*_ours(config), *config.own_terms)
+
+
+def _ours(config: Config) -> tuple[str, ...]:
     return TERMS if config.gas is None else (*TERMS, SURVEY_TERM)
+
+
+def own_terms_in(config: Config) -> OwnTerms:
+    """Return the reward terms of users in an environment."""
+    return OwnTerms(config, first=len(_ours(config)))
 
 
 def weights_of(config: Config) -> Floats:
     """Return the weights of an environment's reward terms."""
-    return np.array([getattr(config.reward, name) for name in terms_of(config)])
+    ours = [getattr(config.reward, name) for name in _ours(config)]
+    return np.array([*ours, *config.own_terms.values()])
 
 
 @scalar

@@ -86,8 +86,12 @@ class ScenarioSampler:
         names: Name of each place of the table.
     """
 
-    def __init__(self, config: Config) -> None:
+    def __init__(self, config: Config, *, warns: bool = True) -> None:
         """Build the table.
+
+        Args:
+            config: The config.
+            warns: Whether to warn of a doubtful place.
 
         Raises:
             InvalidInput: The place or the tracks cannot be used, or the place lacks a route.
@@ -95,7 +99,7 @@ class ScenarioSampler:
         if config.people.model in ("replay", "seeded"):
             self.table, self.names = _recorded(config)
         else:
-            self.table, self.names = _in_place(config)
+            self.table, self.names = _in_place(config, warns)
         self.people = _slots(self.table, config)
         self._places = [place_at(self.table.places, i) for i in range(len(self.names))]
 
@@ -142,10 +146,10 @@ def _draw(people: Records, table: ScenarioTable, key: np.uint64) -> tuple[int, i
 # --- building ------------------------------------------------------------------------------------
 
 
-def _in_place(config: Config) -> tuple[ScenarioTable, list[str]]:
+def _in_place(config: Config, warns: bool) -> tuple[ScenarioTable, list[str]]:
     place = load_place(config.place, config.place_options)
     walkers = records(PERSON, 0)
-    if config.place_options or is_file(config.place):
+    if warns and (config.place_options or is_file(config.place)):
         doubt(f"place {config.place}", place, config)
     if config.people.walkers:
         kind = WALKERS

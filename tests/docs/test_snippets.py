@@ -14,6 +14,8 @@ PAGES = (
     "docs/quickstart.md",
     "docs/own_policy.md",
     "docs/own_reward.md",
+    "docs/own_people.md",
+    "docs/randomise.md",
     "docs/sensor_ring.md",
     "docs/gas.md",
     "docs/gas_sensor.md",

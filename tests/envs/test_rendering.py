@@ -65,7 +65,7 @@ def a_frame(people: Records, pattern: int = CROSSING, **changes: Any) -> Frame:
 
 def color_at(frame: Frame, image: Image, x: float, y: float) -> list[int]:
     height, width, _ = image.shape
-    view = view_of(frame.place, width, height - height_px(has_gas=frame.gas is not None))
+    view = view_of(frame.place, width, height - height_px(has_strip=frame.gas is not None))
     assert view is not None
     column, row = view.pixels(np.array([x, y]))
     return image[round(row), round(column)].tolist()
@@ -254,7 +254,7 @@ def test_without_a_leak_the_scene_is_that_without_gas() -> None:
     scene = draw(plain)[:-HEIGHT_PX]
     with_gas = draw(plain._replace(gas=gas_frame(is_there=0)))
     assert np.array_equal(with_gas[: len(scene)], scene)
-    assert len(with_gas) == len(scene) + height_px(has_gas=True)
+    assert len(with_gas) == len(scene) + height_px(has_strip=True)
 
 
 def test_an_alarm_is_told_by_color_and_by_a_word() -> None:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from hazbot_gym.config import make_config
+from hazbot_gym.core.hooks import NO_HOOK
 from hazbot_gym.core.recorded_table import NO_STRETCH, Stretch
 from hazbot_gym.core.social_force import ATTENTIVE, BLIND, CURIOUS, WARY, SocialForce
 from hazbot_gym.core.state import (
@@ -71,7 +72,7 @@ FAR_AWAY = robot_at(0.0, 90.0)
 def step_people(people: Records, *arguments: Any) -> None:
     """Take a social step in plain Python."""
     work = Workspace(*(array.view(np.recarray) for array in make_workspace(len(people))))
-    social_step(people, *arguments, DT_S, work)
+    social_step(people, *arguments[:4], NO_HOOK, *arguments[4:], DT_S, work)
 
 
 def walk(

@@ -20,6 +20,7 @@ from hazbot_gym.core.geometry import (
     path_pose,
     segments_cross,
 )
+from hazbot_gym.core.hooks import NO_HOOK
 from hazbot_gym.core.jit import kernel
 from hazbot_gym.core.recorded_table import NO_STRETCH
 from hazbot_gym.core.state import (
@@ -90,6 +91,7 @@ def watch(
             robots[0],
             force[0],
             reactions,
+            NO_HOOK,
             NO_STRETCH,
             np.uint64(key),
             period,
