@@ -44,19 +44,33 @@ def test_ppo_is_trained_and_compared(tmp_path: Path) -> None:
     assert (tmp_path / "results" / "train_ppo" / "policy.npz").exists()
 
 
+TINY = (
+    "options: {n_steps: 16, batch_size: 64, n_epochs: 1}\n"
+    "network: {net_arch: [4]}\n"
+    "steps: 128\nworlds: 4\n"
+    "validation: {episodes: 1, every_steps: 64}\n"
+)
+
+
 @pytest.mark.slow
 def test_a_reward_term_and_people_of_one_s_own_are_trained_with(tmp_path: Path) -> None:
     config = tmp_path / "tiny.yaml"
-    config.write_text(
-        "options: {n_steps: 16, batch_size: 64, n_epochs: 1}\n"
-        "network: {net_arch: [4]}\n"
-        "steps: 64\nworlds: 4\n"
-        "validation: {episodes: 1}\n"
-    )
+    config.write_text(TINY)
     arguments = ["--config", str(config), "--episodes", "1"]
     text = run("train/own_reward_and_people.py", *arguments, folder=tmp_path)
     assert "fuzzy_expert: return" in text
     assert text.count("crowding 0.00 s") < 2  # people come near the robot
+
+
+@pytest.mark.slow
+def test_a_curriculum_over_randomised_scenarios_is_trained_with(tmp_path: Path) -> None:
+    config = tmp_path / "tiny.yaml"
+    config.write_text(TINY)
+    arguments = ["--config", str(config), "--episodes", "1"]
+    text = run("train/own_curriculum.py", *arguments, folder=tmp_path)
+    assert "from decision 0 on: 1 to 2 people" in text
+    assert "from decision 64 on: 1 to" in text
+    assert "fuzzy_expert: return" in text
 
 
 @pytest.mark.slow

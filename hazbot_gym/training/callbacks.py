@@ -25,6 +25,7 @@ from hazbot_gym.policies.guard import Observations
 from hazbot_gym.policies.residual import on_its_base
 from hazbot_gym.training import checkpoints
 from hazbot_gym.training.config import TrainConfig
+from hazbot_gym.training.curriculum import Curriculum, check_overrides
 from hazbot_gym.training.export import export_model
 from hazbot_gym.training.inputs import check_unedited
 from hazbot_gym.training.run_folder import CHECKPOINTS, MANIFEST, POLICY
@@ -66,9 +67,15 @@ def export_best(model: BaseAlgorithm, config: TrainConfig, out: Path, best: Vali
 class Intervals(EventCallback):
     """Divides a run into intervals, seeds each, and triggers a callback at the end of each."""
 
-    def __init__(self, callback: BaseCallback, config: TrainConfig, progress: Progress) -> None:
+    def __init__(
+        self,
+        callback: BaseCallback,
+        config: TrainConfig,
+        progress: Progress,
+        curriculum: Curriculum | None = None,
+    ) -> None:
         super().__init__(callback)
-        self.config, self.progress = config, progress
+        self.config, self.progress, self.curriculum = config, progress, curriculum
 
     def _on_rollout_start(self) -> None:
         due = self.progress.begun * self.config.validation.every_steps
@@ -82,6 +89,10 @@ class Intervals(EventCallback):
 
     def _begin(self) -> None:
         number = self.progress.begun
+        if self.curriculum:
+            overrides = self.curriculum(self.model.num_timesteps, self.progress.validations)
+            check_overrides(self.config, overrides)
+            self.training_env.unwrapped.set_options({"config": overrides})
         restart_episodes(self.model, rollout.episode_seed(self.config.seed, "training", number))
         self.progress.begun += 1
         self._began = time.perf_counter()

@@ -70,6 +70,11 @@ class CombinedEnvs(VecEnv):
             part.seed(None if seed is None else seed + own.start)
         return [None if seed is None else seed + i for i in range(self.num_envs)]
 
+    def set_options(self, options: list[Info] | Info | None = None) -> None:
+        """Set the options of the next reset of all worlds."""
+        for part in self.parts:
+            part.set_options(options)
+
     def reset(self) -> Observations:
         """Start new episodes everywhere."""
         observations = [cast(Observations, part.reset()) for part in self.parts]

@@ -17,7 +17,7 @@ from annotated_types import Ge, Gt, Le
 from pydantic import Field, ValidationError, ValidationInfo, field_validator
 
 from hazbot_gym.config import Config
-from hazbot_gym.config.section import Section, first_error
+from hazbot_gym.config.section import Loose, Section, first_error
 from hazbot_gym.core.sensor_ring import RINGS
 from hazbot_gym.envs.registration import NAMESPACE, full_id
 from hazbot_gym.errors import InvalidInput
@@ -69,12 +69,21 @@ class Lagrangian(Section):
     start: Annotated[float, Ge(0)] = 0.0  # initial multiplier
 
 
+class Stage(Section):
+    """Stage of a curriculum: overrides of the environments' config from a decision on."""
+
+    from_step: Annotated[int, Ge(0)] = 0  # from the next beginning of an interval on
+    overrides: dict[str, object] = Field(default_factory=dict)  # besides those of the run
+
+
 class TrainConfig(Section):
     """All values that determine a run's weights; the output folder is not part of them."""
 
     algorithm: Algorithm = "ppo"
     env: SomeNames = (f"{NAMESPACE}/Corridor-v1",)
     overrides: dict[str, object] = Field(default_factory=dict)  # of the environments' config
+    # stages by from_step (docs/curriculum.md); validations are in the environments without them
+    curriculum: Annotated[tuple[Stage, ...], Loose] = ()
     worlds: Annotated[int, Ge(1), Le(100_000)] = (
         512  # parallel worlds, split among the environments
     )
@@ -102,6 +111,14 @@ class TrainConfig(Section):
     def _one_or_several(cls, env: object) -> object:
         given = [env] if isinstance(env, str) else env
         return [full_id(each) for each in given] if isinstance(given, list | tuple) else given
+
+    @field_validator("curriculum")
+    @classmethod
+    def _stages_ascend(cls, stages: tuple[Stage, ...]) -> tuple[Stage, ...]:
+        starts = [stage.from_step for stage in stages]
+        if starts != sorted(set(starts)):
+            raise ValueError(f"given stages from {starts}, each must begin after the one before")
+        return stages
 
     @field_validator("imitation")
     @classmethod
@@ -170,7 +187,8 @@ class TrainConfig(Section):
 
     def identity(self) -> str:
         """Return a hash that two runs share if and only if their values are equal."""
-        text = json.dumps(self.model_dump(mode="json"), sort_keys=True)
+        unused = set() if self.curriculum else {"curriculum"}  # as before there were curricula
+        text = json.dumps(self.model_dump(mode="json", exclude=unused), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 

@@ -43,6 +43,7 @@ from hazbot_gym.training.callbacks import (
     export_best,
 )
 from hazbot_gym.training.config import STUDENTS, TrainConfig
+from hazbot_gym.training.curriculum import Curriculum, curriculum_of
 from hazbot_gym.training.imitation import imitate, teacher_of
 from hazbot_gym.training.inputs import of_training
 from hazbot_gym.training.logging import EpisodeLog, ProgressBar, disk_errors_told_once
@@ -78,6 +79,7 @@ def train(
     resume: bool = False,
     console: Console | None = None,
     allowed: Permissions = NO_CODE,
+    curriculum: Curriculum | None = None,
 ) -> Result:
     """Run or resume a training, and export its best policy.
 
@@ -89,6 +91,9 @@ def train(
         resume: Whether to resume from the last checkpoint, if any.
         console: Output of progress; None for silence.
         allowed: Permissions of the config's teacher.
+        curriculum: From the decisions taken and the validations so far to overrides of the
+            environments' config, asked at the beginning of each interval. A run resumes
+            bit-identically with the same function.
 
     Raises:
         InvalidInput: The config or the folder is not usable; nothing was written.
@@ -97,13 +102,14 @@ def train(
         raise InvalidInput(f"config: given {config!r}, allowed is what load_training returns")
     out, console = Path(out), console or Console(quiet=True)
     torch.set_num_threads(1)
+    curriculum = curriculum_of(config, curriculum)
     read = digests(of_training(config, allowed))
     claim(out, config.identity(), resume=resume, inputs=read)
     model, teacher = make_all(config, allowed)
     with sole_use(out), disk_errors_told_once(out):
         if not (out / MANIFEST).exists():
             write_json(out / MANIFEST, {**manifest(config), "inputs": read})
-        return _run(config, out, console, read, model, teacher, resume=resume)
+        return _run(config, out, console, read, model, teacher, curriculum, resume=resume)
 
 
 def make_all(config: TrainConfig, allowed: Permissions = NO_CODE) -> tuple[object, object]:
@@ -128,6 +134,7 @@ def _run(
     read: Mapping[str, str],
     model: Any,
     teacher: Any,
+    curriculum: Curriculum | None,
     *,
     resume: bool,
 ) -> Result:
@@ -148,7 +155,7 @@ def _run(
         if left > 0:
             model.learn(
                 left,
-                [EpisodeLog(), Intervals(at_the_end, config, progress), bar],
+                [EpisodeLog(), Intervals(at_the_end, config, progress, curriculum), bar],
                 log_interval=None,
                 reset_num_timesteps=model.num_timesteps == 0,
             )
