@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import benchmark_pages
+import cluster_page
 import paper_page
 import study_report
 
@@ -61,6 +62,7 @@ PAGES = (
     Page("training", benchmark_pages.training_speed, RECORDS / "training.json"),
     Page("robot", benchmark_pages.robot, RECORDS / "latency.json"),
     Page("export", benchmark_pages.export, RECORDS / "export.json"),
+    Page("cluster", cluster_page.page, RECORDS / "cluster.json"),
     Page("study", study_report.page, STUDY),
     Page("study_tables", study_report.page, STUDY),
     Page("paper", paper_page.page, PAPER, {"calibration": CALIBRATION}),
