@@ -84,9 +84,7 @@ def make_config(
             with_value(config, {name: value})
         except InvalidInput as error:
             said = f"{shown(randomised[name])}, which includes {value!r}"
-            raise InvalidInput(
-                f"{name}: given {said}, which includes {value!r}: {error}"
-            ) from error
+            raise InvalidInput(f"{name}: given {said}: {error}") from error
     return config
 
 

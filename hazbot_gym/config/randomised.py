@@ -10,11 +10,10 @@ in the middle in the field itself.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from hazbot_gym.config.section import shown
+from hazbot_gym.config.section import LARGEST, shown
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.utils.json_object import JsonObject
 
@@ -55,6 +54,8 @@ def taken_out(deltas: Mapping[str, object]) -> tuple[JsonObject, JsonObject]:
     Raises:
         InvalidInput: A distribution is malformed, or its field must be the same in all episodes.
     """
+    if is_distribution(deltas):
+        raise InvalidInput(f"config: given {shown(dict(deltas))}, allowed is a mapping of fields")
     values, found = dict(deltas), dict[str, Any]()
     given = values.pop(RANDOMISED, None) or {}
     if not isinstance(given, Mapping) or not all(map(is_distribution, given.values())):
@@ -97,7 +98,7 @@ def _check(name: str, distribution: Mapping[str, Any]) -> None:
 
 
 def _is_number(value: object) -> bool:
-    return type(value) in (int, float) and math.isfinite(value)  # type: ignore[arg-type]
+    return type(value) in (int, float) and abs(value) <= LARGEST  # type: ignore[operator]
 
 
 def _middle(distribution: Mapping[str, Any]) -> Any:

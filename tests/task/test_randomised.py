@@ -79,6 +79,7 @@ def test_a_config_survives_json() -> None:
     [
         ({"drive": {"acceleration_mps2": {"uniform": [0.5, 0.3]}}}, "allowed is uniform: \\[low"),
         ({"drive": {"acceleration_mps2": {"normal": [0.5]}}}, "allowed is normal: \\[mean"),
+        ({"drive": {"acceleration_mps2": {"uniform": [0, 10**400]}}}, "allowed is uniform: \\[low"),
         ({"drive": {"acceleration_mps2": {"choice": []}}}, "list of values to choose from"),
         ({"drive": {"acceleration_mps2": {"uniform": [-0.1, 0.5]}}}, "includes -0.1: drive"),
         ({"sensors": {"tracker": {"dropout": {"normal": [0.1, 0.05]}}}}, "includes -0.0"),
@@ -94,6 +95,11 @@ def test_a_mistake_is_refused_in_one_line(given: dict[str, Any], reason: str) ->
     with pytest.raises(InvalidInput, match=reason) as refused:
         make_config(make_config(), **given)
     assert "\n" not in str(refused.value)
+
+
+def test_a_config_that_is_a_distribution_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="allowed is a mapping of fields"):
+        make_config({"uniform": [0, 1]})
 
 
 def test_values_that_do_not_fit_each_other_are_refused_with_their_scenario() -> None:
