@@ -98,7 +98,8 @@ def _check(name: str, distribution: Mapping[str, Any]) -> None:
 
 
 def _is_number(value: object) -> bool:
-    return type(value) in (int, float) and abs(value) <= LARGEST  # type: ignore[operator]
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return is_number and abs(value) <= LARGEST  # NaN is not
 
 
 def _middle(distribution: Mapping[str, Any]) -> Any:
