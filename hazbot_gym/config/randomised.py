@@ -98,8 +98,9 @@ def _check(name: str, distribution: Mapping[str, Any]) -> None:
 
 
 def _is_number(value: object) -> bool:
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return is_number and abs(value) <= LARGEST  # NaN is not
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) <= LARGEST  # NaN is not
 
 
 def _middle(distribution: Mapping[str, Any]) -> Any:
