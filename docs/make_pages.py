@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import benchmark_pages
 import cluster_page
+import coverage_page
 import paper_page
 import study_report
 
@@ -63,6 +64,7 @@ PAGES = (
     Page("robot", benchmark_pages.robot, RECORDS / "latency.json"),
     Page("export", benchmark_pages.export, RECORDS / "export.json"),
     Page("cluster", cluster_page.page, RECORDS / "cluster.json"),
+    Page("coverage", coverage_page.page, RECORDS / "coverage.json"),
     Page("study", study_report.page, STUDY),
     Page("study_tables", study_report.page, STUDY),
     Page("paper", paper_page.page, PAPER, {"calibration": CALIBRATION}),

@@ -13,7 +13,7 @@ from hazbot_gym.study.summary import COMPARED
 Record = dict[str, Any]
 
 TOGETHER, EXACTNESS = "together", ("exact", "searched")  # what is pooled of fronts and oracle
-SHARES = ("normalised", "delay_removed")
+SHARES = ("normalised",)
 RATES = ("arrived", "contact_robot_caused", "contact_person_caused")
 KEPT = tuple(dict.fromkeys((*RATES, *HEADLINE, "ssm_violation")))
 # Titles of the axes of fronts. A record of a study before nearness became discomfort has the old

@@ -7,13 +7,14 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from string import Template
 from typing import Any
 
-from study_record import AXIS_TITLES, TOGETHER, axes_of
+from study_record import AXIS_TITLES, OLD_AXES, TOGETHER, axes_of
 from study_targets import Target, sonar_targets, tracks_targets
 from table_text import csv_table, markdown_table
 
-from hazbot_gym.evaluation.oracle.headroom_report import PRICES, at_price
+from hazbot_gym.evaluation.prices import PRICES, at_price
 from hazbot_gym.evaluation.statistics.pareto import AXES, dominates
 from hazbot_gym.study.headline import POOLED, TEST, scenarios_of
+from hazbot_gym.study.report.tables import p_text
 from hazbot_gym.utils.text_tables import Rows, shown
 
 Record = dict[str, Any]
@@ -229,13 +230,14 @@ def _cells(
 
 def _differences(found: Record, reference: str) -> str:
     axes, block = axes_of(found), found["together"][TEST]
+    floor = _floor(block) if axes == OLD_AXES else 0.0
     compared = (title for axis in axes for title in (AXIS_TITLES[axis], "p"))
     rows: Rows = []
     for policy in found["policies"]:
         if policy == reference:
             continue
         each, gain = block[policy]["difference"], block[policy]["return_gain"]
-        cells = ((_estimate(each[axis], 4), shown(each[axis]["p_holm"])) for axis in axes)
+        cells = ((_estimate(each[axis], 4), _p(each[axis], floor)) for axis in axes)
         rows.append(
             (
                 f"`{policy}`",
@@ -245,6 +247,20 @@ def _differences(found: Record, reference: str) -> str:
             )
         )
     return markdown_table(("policy", *compared, "return", "probability of improvement"), rows)
+
+
+def _floor(block: Record) -> float:
+    """Return the smallest p-value, which counted resamples give to every clear difference."""
+    compared = [each for policy in block.values() for each in policy["difference"].values()]
+    return float(min(each["p"] for each in compared))
+
+
+def _p(difference: Record, floor: float) -> str:
+    """Return a corrected p-value; as a bound if the uncorrected one is the floor."""
+    p = difference["p_holm"]
+    if p is None:
+        return "-"
+    return f"<= {p:.2g}" if difference["p"] == floor else p_text(p).removeprefix("= ")
 
 
 def _tails(found: Record) -> str:
@@ -281,18 +297,31 @@ def _sets(found: Record) -> str:
 def _fronts(found: Record) -> str:
     if not found["fronts"]:
         return ""
+    families = found["fronts"][TOGETHER]
+    largest = max(families.values(), key=lambda each: each["hypervolume"]["mean"])
     return markdown_table(
-        ("family", "points", "hypervolume", "more than the fuzzy expert's"),
+        ("family", "points", "hypervolume", "more than the fuzzy expert's", "largest"),
         [
             (
                 f"`{family}`",
                 str(len(each["points"])),
                 _estimate(each["hypervolume"], 4),
                 _estimate(each["difference"], 4),
+                "yes" if each is largest else "tie" if _is_tie(each, largest) else "no",
             )
-            for family, each in found["fronts"][TOGETHER].items()
+            for family, each in families.items()
         ],
     )
+
+
+def _is_tie(family: Record, largest: Record) -> bool:
+    """Return True if a hypervolume is not clearly less than the largest.
+
+    An old record has no paired differences from the largest; there, intervals that overlap tie.
+    """
+    if "behind" in family:
+        return bool(family["behind"]["high"] >= 0.0)
+    return bool(family["hypervolume"]["high"] >= largest["hypervolume"]["low"])
 
 
 def _elsewhere(found: Record) -> str:
@@ -395,7 +424,6 @@ def _regrets(found: Record, kind: str) -> str:
         ("regret", "regret", 2),
         ("normalised", "of the span, %", 1),
         *delay,
-        ("delay_removed", "of the reference's removed, %", 0),
     )
     return markdown_table(
         ("policy", *(title for _, title, _ in columns)),

@@ -1,7 +1,8 @@
 """What the study was to show, declared before it ran, and whether it came out so.
 
 The aims are those of the issue that asked for the study. Each is decided here from the record
-alone; what does not come out is shown beside what does.
+alone; what does not come out is shown beside what does. An aim in a measure that is gone, the share
+of the tuned expert's avoidable delay removed, is left out, which the page says.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from hazbot_gym.study.headline import TEST
 
 Record = Mapping[str, Any]
 
-HALF_PERCENT, PROBABILITY, NORMALISED_PERCENT = 50.0, 0.95, 95.0
+PROBABILITY, NORMALISED_PERCENT = 0.95, 95.0
 EXPERT, EXPERT_FRONT, DIRECTIONAL = "fuzzy_expert", "fuzzy_expert", "ssm:mode=directional"
 LEARNED_FRONT = "residual ppo, three prices"
 
@@ -33,7 +34,6 @@ def tracks_targets(found: Record) -> list[Target]:
     """Return the targets of the tracks tier."""
     best, reference = best_learner(found), found["reference"]
     return [
-        _half_of_the_delay(found, best),
         _no_higher(found, best, reference, *_axis(found, 1), 4),
         _no_higher(found, best, reference, "ssm_violation", "SSM violation", 5),
         _more_return(found, best, reference),
@@ -72,15 +72,6 @@ def _axis(found: Record, axis: int) -> tuple[str, str]:
     """Return the metric of an axis of the fronts, and its name."""
     metric = axes_of(found)[axis]
     return metric, AXIS_TITLES[metric].partition(",")[0]
-
-
-def _half_of_the_delay(found: Record, best: str) -> Target:
-    removed = found["oracle"]["searched"]["policies"][best]["delay_removed"]
-    return Target(
-        "at least half of the avoidable delay of the tuned fuzzy expert removed",
-        f"`{best}`: {removed['mean']:.0f} % ({removed['low']:.0f} to {removed['high']:.0f})",
-        removed["mean"] >= HALF_PERCENT,
-    )
 
 
 def _no_higher(

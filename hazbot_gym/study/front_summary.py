@@ -15,6 +15,7 @@ from hazbot_gym.evaluation.statistics.hypervolume import (
     hypervolume_difference,
     pareto_set,
 )
+from hazbot_gym.evaluation.statistics.intervals import Estimate
 from hazbot_gym.evaluation.statistics.pareto import AXES
 from hazbot_gym.study.config import Fronts
 
@@ -27,7 +28,9 @@ if TYPE_CHECKING:
 def summarise_fronts(
     rows: pd.DataFrame, fronts: Fronts, *, resamples: int, confidence: float, seed: int
 ) -> dict[str, object]:
-    """Return each family's points and hypervolume, and its difference from the first family's.
+    """Return each family's points and hypervolume, with paired differences.
+
+    Differences are from the first family, and from the family of the largest hypervolume.
 
     Args:
         rows: of one set, or of several, each resampled separately.
@@ -49,14 +52,22 @@ def summarise_fronts(
         for policy, count, draws in zip(policies, counts, drawn, strict=True)
     }
     families = {name: [points[each] for each in some] for name, some in members.items()}
+    areas = {
+        name: front_hypervolume(front, fronts.corner, confidence=confidence)
+        for name, front in families.items()
+    }
     reference = next(iter(families.values()))
+    largest = families[max(areas, key=lambda name: areas[name].mean)]
+
+    def less(front: Front, other: Front) -> Estimate:
+        return hypervolume_difference(front, other, fronts.corner, confidence=confidence)
+
     return {
         name: {
             "points": _points(members[name], front, confidence),
-            "hypervolume": front_hypervolume(front, fronts.corner, confidence=confidence),
-            "difference": hypervolume_difference(
-                front, reference, fronts.corner, confidence=confidence
-            ),
+            "hypervolume": areas[name],
+            "difference": less(front, reference),
+            "behind": less(front, largest),
         }
         for name, front in families.items()
     }

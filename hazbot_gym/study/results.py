@@ -77,7 +77,8 @@ class Family(TypedDict):
 
     points: list[FrontPoint]
     hypervolume: Interval
-    difference: Interval
+    difference: Interval  # from the first family
+    behind: Interval  # difference from the largest; a tie if the interval contains 0
 
 
 class OracleComparison(TypedDict):
@@ -96,7 +97,6 @@ class Summary(TypedDict):
     ssm_profile: str
     confidence: float
     reference: str
-    smallest_p: float
     sets: dict[str, SetResults]
     headline: HeadlineEntry
     default_policies: list[str]

@@ -13,6 +13,7 @@ from hazbot_gym.core.state import Floats
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation.encounters import Row
 from hazbot_gym.evaluation.metrics import CONTACTS, DRIVEN, PER_KM
+from hazbot_gym.evaluation.prices import RETURNS, at_price
 from hazbot_gym.evaluation.statistics.crossed_bootstrap import (
     CrossedDraws,
     crossed_draws,
@@ -23,11 +24,11 @@ from hazbot_gym.evaluation.statistics.crossed_bootstrap import (
 )
 from hazbot_gym.evaluation.statistics.intervals import (
     Estimate,
-    percentile_interval,
     ratio,
     wilson,
+    within,
 )
-from hazbot_gym.evaluation.statistics.multiple_comparisons import bootstrap_p_value, holm
+from hazbot_gym.evaluation.statistics.multiple_comparisons import holm
 from hazbot_gym.evaluation.statistics.paired_scores import differences, improvements, pair_draws
 from hazbot_gym.evaluation.statistics.pareto import standing
 from hazbot_gym.evaluation.statistics.regret import regrets
@@ -35,6 +36,7 @@ from hazbot_gym.evaluation.statistics.robust_means import (
     conditional_value_at_risk,
     interquartile_mean,
 )
+from hazbot_gym.evaluation.statistics.student import student_interval, student_p_value
 from hazbot_gym.study.config import StudyConfig
 from hazbot_gym.study.default_policies import default_policies
 from hazbot_gym.study.front_summary import summarise_fronts
@@ -115,7 +117,6 @@ def summarise(rows: pd.DataFrame, study: StudyConfig, best: pd.DataFrame | None 
         "ssm_profile": study.ssm.profile(),
         "confidence": study.confidence,
         "reference": study.reference_policy,
-        "smallest_p": 2 / (study.resamples + 1),  # before the correction
         "sets": sets,
         "headline": entry,
         "default_policies": default_policies(sets[entry["name"]], study),
@@ -135,7 +136,7 @@ def summarise(rows: pd.DataFrame, study: StudyConfig, best: pd.DataFrame | None 
         summary["oracle"] = {
             name: cast(
                 OracleComparison,
-                _all_plain(regrets(rows, block, study.names, study.reference_policy, **interval)),
+                _all_plain(regrets(rows, block, study.names, **interval)),
             )
             for name, block in _by_exactness(best).items()
         }
@@ -266,12 +267,13 @@ def _compare(
     less = crossed_means(wins, each_once(draws))
     found: dict[str, Difference] = {}
     for k, name in enumerate(COMPARED):
-        over = _plain(percentile_interval(float(once[k, 0]), many[k], confidence=confidence))
+        compared = float(once[k, 0]), many[k], draws.independent
+        over = _plain(student_interval(*compared, confidence=confidence))
         found[name] = {
             "mean": over["mean"],
             "low": over["low"],
             "high": over["high"],
-            "p": _rounded(bootstrap_p_value(many[k])),
+            "p": _rounded(student_p_value(*compared, confidence=confidence)),
             "less": _rounded(float(less[k, 0])),
         }
     return found
@@ -281,7 +283,7 @@ def _gain(ours: Floats, theirs: Floats, draws: CrossedDraws, confidence: float) 
     """Return the gain in return, and the probability of improvement."""
     both = np.stack([differences(ours, theirs), improvements(ours, theirs)])
     gain, more = crossed_estimates(both, draws, confidence=confidence)
-    return {**_plain(gain), "probability": _plain(more)}
+    return {**_plain(gain), "probability": _plain(within(more, 0.0, 1.0))}
 
 
 def _tails(rows: pd.DataFrame, draws: CrossedDraws, confidence: float) -> Metrics:
@@ -301,7 +303,7 @@ def _tails(rows: pd.DataFrame, draws: CrossedDraws, confidence: float) -> Metric
 
 
 def _first_draws(draws: CrossedDraws) -> CrossedDraws:
-    return CrossedDraws(*(counts[:MOST_RESAMPLES_OF_TAILS] for counts in draws))
+    return CrossedDraws(*(counts[:MOST_RESAMPLES_OF_TAILS] for counts in draws[:2]))
 
 
 def _correct(results: SetResults, reference: str) -> None:
@@ -324,6 +326,8 @@ def _estimates(
 ) -> Metrics:
     """Return the estimate of every metric column, without the labels."""
     values = {name: np.asarray(columns[name]) for name in columns}
+    others = RETURNS.keys() - values.keys()
+    values |= {name: at_price(values, RETURNS[name]) for name in sorted(others)}
     names = [
         name
         for name, column in values.items()
@@ -352,7 +356,8 @@ def _rate(scores: Floats, crossed: Estimate, confidence: float) -> Estimate:
     over = wilson(float(scores.mean()) * scenarios, scenarios, confidence=confidence)
     if len(scores) == 1:
         return over
-    return Estimate(over.mean, min(over.low, crossed.low), max(over.high, crossed.high))
+    wider = Estimate(over.mean, min(over.low, crossed.low), max(over.high, crossed.high))
+    return within(wider, 0.0, 1.0)
 
 
 def _per_km(contacts: Floats, driven_m: Floats, draws: CrossedDraws, confidence: float) -> Estimate:
@@ -363,12 +368,13 @@ def _per_km(contacts: Floats, driven_m: Floats, draws: CrossedDraws, confidence:
     """
     both = np.stack([contacts, driven_m / 1000.0])
     once, many = (ratio(*crossed_means(both, each)) for each in (each_once(draws), draws))
-    crossed = percentile_interval(float(once[0]), many, confidence=confidence)
+    crossed = student_interval(float(once[0]), many, draws.independent, confidence=confidence)
     if not math.isfinite(crossed.low):
         return crossed
     share = _rate(contacts, crossed_estimate(contacts, draws, confidence=confidence), confidence)
     low, high = (bound / both[1].mean() for bound in share[1:])
-    return Estimate(crossed.mean, min(low, crossed.low), max(high, crossed.high))
+    wider = Estimate(crossed.mean, min(low, crossed.low), max(high, crossed.high))
+    return within(wider, 0.0)
 
 
 def _plain(estimate: Estimate) -> Interval:

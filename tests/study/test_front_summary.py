@@ -33,6 +33,8 @@ def test_families_are_areas_up_to_the_corner_and_learners_may_have_other_numbers
     assert found["one"]["hypervolume"] == pytest.approx((0.25, 0.25, 0.25))
     assert found["two"]["hypervolume"].mean == pytest.approx(0.25 + 0.25 * 0.25)
     assert found["two"]["difference"].mean == pytest.approx(0.0625)
+    assert found["one"]["behind"].mean == pytest.approx(-0.0625)
+    assert found["two"]["behind"] == (0.0, 0.0, 0.0)
     assert [point["on_front"] for point in found["two"]["points"]] == [True, True, False]
     assert found["two"]["points"][1]["delay_s"].mean == 1.25
 

@@ -10,19 +10,19 @@ from hazbot_gym.evaluation.oracle.headroom import (
     LEVELS_OF_PAPER,
     RULE_AT_MOST,
 )
+from hazbot_gym.evaluation.prices import PRICES, at_price
 from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.text_tables import Rows, console_table, shown
 
 Record = JsonObject
-
-PRICE, PRICES = 4.0, (2.0, 4.0, 8.0)  # s of delay per s of discomfort: the reward's, and around it
 
 ROOM = (
     "environment", "fuzzy expert", "best rule", "its share", "room", "contacts at full speed",
 )  # fmt: skip
 UNITS = (
     "environment", "policy", "delay [s]", "discomfort [s]", "inside personal zone [m]",
-    "people's delay [s]", "contacts by robot", "arrived", "return at price 2 / 4 / 8",
+    "people's delay [s]", "contacts by robot", "arrived",
+    f"return at price {' / '.join(f'{price:g}' for price in PRICES)}",
 )  # fmt: skip
 RULES = ("environment", "rule", "return", "share of span", "with half the search")
 SPEEDS = ("share of decisions", *LEVELS_OF_PAPER)
@@ -116,12 +116,6 @@ def survey_rows(record: Record) -> Rows:
             *sorted(found["rules"].values(), key=lambda row: row["share"]), found["best"],
         )
     ]  # fmt: skip
-
-
-def at_price(row: Record, price: float) -> float:
-    """Return the mean return of the same drives at another price of discomfort."""
-    changed: float = row["return"] - (price - PRICE) * row["discomfort_s"]
-    return changed
 
 
 def rule_rows(record: Record) -> Rows:

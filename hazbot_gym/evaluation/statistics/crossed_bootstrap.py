@@ -6,7 +6,7 @@ scenario; all seeds meet the same scenarios. The run of seed r in scenario n ent
 of the scenarios within each set: the pigeonhole bootstrap of Owen (2007, Annals of Applied
 Statistics 1). Resampling the scenarios alone would describe these seeds only, and resampling runs
 as if they were independent would give intervals that are too narrow. A deterministic policy has one
-row.
+row. Few seeds widen an interval (``student``).
 
 A score that is not finite counts as undefined and is left out, as in ``intervals``.
 """
@@ -23,20 +23,32 @@ from hazbot_gym.core.state import Floats, Ints
 from hazbot_gym.evaluation.statistics.intervals import (
     RESAMPLES,
     Estimate,
-    percentile_interval,
     ratio,
     scenario_draws,
     sums_of_defined,
 )
+from hazbot_gym.evaluation.statistics.student import student_interval
 
 RESAMPLES_AT_A_TIME = 64  # weights of all runs, held at once; few enough to stay in the cache
 
 
 class CrossedDraws(NamedTuple):
-    """Counts of each training seed and each scenario in each of B resamples."""
+    """Counts of each training seed and each scenario in each of B resamples.
 
-    seeds: Floats  # (B, R)
-    scenarios: Floats  # (B, N), shared by all policies that are compared
+    Attributes:
+        seeds: (B, R), of each pair of seeds if two policies are compared.
+        scenarios: (B, N), shared by all policies that are compared.
+        pair: (B, R) and (B, S), the counts of both policies' seeds if these are pairs.
+    """
+
+    seeds: Floats
+    scenarios: Floats
+    pair: tuple[Floats, ...] = ()
+
+    @property
+    def independent(self) -> tuple[Floats, ...]:
+        """Counts of seeds that were drawn independently, an array per policy."""
+        return self.pair or (self.seeds,)
 
 
 Statistic = Callable[[npt.ArrayLike, CrossedDraws], Floats]  # of scores (R, N) or (N,): (B,)
@@ -77,7 +89,7 @@ def crossed_draws(
 
 def each_once(draws: CrossedDraws) -> CrossedDraws:
     """Return the one resample that is the data itself: B = 1, every count 1."""
-    return CrossedDraws(*(np.ones((1, counts.shape[1])) for counts in draws))
+    return CrossedDraws(*(np.ones((1, counts.shape[1])) for counts in draws[:2]))
 
 
 def score_matrix(scores: npt.ArrayLike, draws: CrossedDraws) -> Floats:
@@ -121,7 +133,7 @@ def crossed_estimate(
     *,
     confidence: float = 0.95,
 ) -> Estimate:
-    """Estimate a statistic of the scores with its crossed percentile interval.
+    """Estimate a statistic of the scores with its crossed interval, widened for few seeds.
 
     Args:
         scores: (R, N), or (N,) of one seed.
@@ -130,7 +142,8 @@ def crossed_estimate(
         confidence: nominal coverage of the interval.
     """
     value = float(statistic(scores, each_once(draws))[0])
-    return percentile_interval(value, statistic(scores, draws), confidence=confidence)
+    resampled = statistic(scores, draws)
+    return student_interval(value, resampled, draws.independent, confidence=confidence)
 
 
 def crossed_estimates(
@@ -139,7 +152,7 @@ def crossed_estimates(
     """Estimate the means of several metrics, given as scores (M, R, N), as ``crossed_estimate``."""
     values, resampled = crossed_means(scores, each_once(draws)), crossed_means(scores, draws)
     return [
-        percentile_interval(float(value), means, confidence=confidence)
+        student_interval(float(value), means, draws.independent, confidence=confidence)
         for value, means in zip(values[:, 0], resampled, strict=True)
     ]
 
@@ -154,5 +167,5 @@ def run_weights(runs: Ints, draws: CrossedDraws) -> Iterator[Floats]:
     rows, columns = np.divmod(runs, draws.scenarios.shape[1])
     for start in range(0, len(draws.seeds), RESAMPLES_AT_A_TIME):
         some = slice(start, start + RESAMPLES_AT_A_TIME)
-        seeds, scenarios = (counts[some] for counts in draws)
+        seeds, scenarios = draws.seeds[some], draws.scenarios[some]
         yield np.take(seeds, rows, axis=1) * np.take(scenarios, columns, axis=1)

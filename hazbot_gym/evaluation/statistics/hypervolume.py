@@ -16,7 +16,8 @@ import numpy.typing as npt
 
 from hazbot_gym.core.state import Floats
 from hazbot_gym.evaluation.statistics.crossed_bootstrap import CrossedDraws, crossed_mean, each_once
-from hazbot_gym.evaluation.statistics.intervals import Estimate, percentile_interval
+from hazbot_gym.evaluation.statistics.intervals import Estimate
+from hazbot_gym.evaluation.statistics.student import student_interval
 
 
 class Point(NamedTuple):
@@ -69,21 +70,28 @@ def hypervolume(points: npt.ArrayLike, reference: npt.ArrayLike) -> Floats:
 def front_hypervolume(
     front: Front, reference: npt.ArrayLike, *, confidence: float = 0.95
 ) -> Estimate:
-    """Estimate the hypervolume of a front's mean scores with its crossed percentile interval."""
-    return percentile_interval(
-        _of_data(front, reference), _of_resamples(front, reference), confidence=confidence
-    )
+    """Estimate the hypervolume of a front's mean scores with its crossed interval."""
+    return student_interval(
+        _of_data(front, reference), _of_resamples(front, reference), _seeds(front),
+        confidence=confidence,
+    )  # fmt: skip
 
 
 def hypervolume_difference(
     ours: Front, theirs: Front, reference: npt.ArrayLike, *, confidence: float = 0.95
 ) -> Estimate:
     """Estimate the difference of two hypervolumes, paired if both share their scenario draws."""
-    return percentile_interval(
+    return student_interval(
         _of_data(ours, reference) - _of_data(theirs, reference),
         _of_resamples(ours, reference) - _of_resamples(theirs, reference),
+        _seeds([*ours, *theirs]),
         confidence=confidence,
     )
+
+
+def _seeds(front: Front) -> list[Floats]:
+    """Return the counts of seeds of each policy, once each."""
+    return list({id(point.draws.seeds): point.draws.seeds for point in front}.values())
 
 
 def _of_data(front: Front, reference: npt.ArrayLike) -> float:

@@ -29,6 +29,12 @@ class Estimate(NamedTuple):
     high: float
 
 
+def within(estimate: Estimate, least: float, most: float = np.inf) -> Estimate:
+    """Return an estimate with its interval cut to the possible values."""
+    low, high = (float(np.clip(bound, least, most)) for bound in estimate[1:])
+    return Estimate(estimate.mean, low, high)
+
+
 def wilson(successes: float, trials: int, *, confidence: float = 0.95) -> Estimate:
     """Estimate a rate with the Wilson score interval (1927), valid also at 0 and at 100 %.
 

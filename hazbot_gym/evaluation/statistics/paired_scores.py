@@ -25,7 +25,8 @@ def pair_draws(ours: CrossedDraws, theirs: CrossedDraws) -> CrossedDraws:
     if not (shared or np.array_equal(ours.scenarios, theirs.scenarios)):
         raise ValueError("draws: given two draws of scenarios, allowed is one that both share")
     pairs = ours.seeds[:, :, None] * theirs.seeds[:, None, :]
-    return CrossedDraws(pairs.reshape(len(pairs), -1), ours.scenarios)
+    flat = pairs.reshape(len(pairs), -1)
+    return CrossedDraws(flat, ours.scenarios, (ours.seeds, theirs.seeds))
 
 
 def differences(ours: npt.ArrayLike, theirs: npt.ArrayLike) -> Floats:

@@ -1,14 +1,15 @@
 """Regret of policies relative to the oracle, scenario by scenario.
 
-With J and T a policy's return and delay, J* and T* the same of the oracle in the same scenario, J_c
-the return of the best constant speed and T_r the delay of the reference:
+With J and T a policy's return and delay, J* and T* the same of the oracle in the same scenario, and
+J_c the return of the best constant speed:
 
     regret            mean(J* - J)
     normalised        mean(J - J_c) / mean(J* - J_c)      0 the constant speed, 1 the oracle
     avoidable delay   mean(T - T*)
-    delay removed     1 - mean(T - T*) / mean(T_r - T*)   of the reference's avoidable delay
 
-Intervals come from the crossed bootstrap; ratios are formed in every resample.
+The avoidable delay stays in seconds: the oracle has the largest return and not the least delay, so
+a share of another policy's can have a denominator near 0. Intervals come from the crossed
+bootstrap; ratios are formed in every resample.
 """
 
 from __future__ import annotations
@@ -24,8 +25,9 @@ from hazbot_gym.evaluation.statistics.crossed_bootstrap import (
     crossed_mean,
     each_once,
 )
-from hazbot_gym.evaluation.statistics.intervals import Estimate, percentile_interval, ratio
+from hazbot_gym.evaluation.statistics.intervals import Estimate, ratio
 from hazbot_gym.evaluation.statistics.pareto import AXES
+from hazbot_gym.evaluation.statistics.student import student_interval
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -34,16 +36,20 @@ CONSTANT = "constant"
 
 
 def regrets(
-    rows: pd.DataFrame, best: pd.DataFrame, names: tuple[str, ...], reference: str,
-    *, resamples: int, confidence: float, seed: int,
-) -> dict[str, object]:  # fmt: skip
+    rows: pd.DataFrame,
+    best: pd.DataFrame,
+    names: tuple[str, ...],
+    *,
+    resamples: int,
+    confidence: float,
+    seed: int,
+) -> dict[str, object]:
     """Return each policy's regret relative to the oracle, and the oracle's own results.
 
     Args:
         rows: of the policies, in any scenarios.
         best: of the oracle, in the scenarios that count.
         names: of the policies.
-        reference: policy whose avoidable delay is the reference.
         resamples: of the bootstrap.
         confidence: nominal coverage of the intervals.
         seed: of the draws.
@@ -61,12 +67,10 @@ def regrets(
         return top - scores[name][metric], draws[name]
 
     def of(name: str) -> dict[str, Estimate]:
-        delay = over(name, "delay_s", mark["delay_s"])
         found = {
             "regret": _estimate(confidence, over(name, "return", mark["bound"])),
-            "avoidable_delay_s": _negative(_estimate(confidence, delay)),
-            "delay_removed": _one_less(
-                _estimate(confidence, delay, over(reference, "delay_s", mark["delay_s"]))
+            "avoidable_delay_s": _negative(
+                _estimate(confidence, over(name, "delay_s", mark["delay_s"]))
             ),
         }
         if constant is not None:
@@ -104,9 +108,10 @@ def _estimate(
     parts = [part for part in (numerator, denominator) if part is not None]
     once = [crossed_mean(scores, each_once(draws)) for scores, draws in parts]
     many = [crossed_mean(scores, draws) for scores, draws in parts]
+    seeds = [draws.seeds for _, draws in parts]
     if denominator is None:
-        return percentile_interval(float(once[0][0]), many[0], confidence=confidence)
-    return percentile_interval(float(ratio(*once)[0]), ratio(*many), confidence=confidence)
+        return student_interval(float(once[0][0]), many[0], seeds, confidence=confidence)
+    return student_interval(float(ratio(*once)[0]), ratio(*many), seeds, confidence=confidence)
 
 
 def _negative(estimate: Estimate) -> Estimate:

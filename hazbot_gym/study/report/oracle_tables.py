@@ -1,9 +1,10 @@
-"""Report tables: Pareto fronts, regret, tails, and out-of-distribution sets."""
+"""Report tables: Pareto fronts, prices, regret, tails, and out-of-distribution sets."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from hazbot_gym.evaluation.prices import RETURNS
 from hazbot_gym.study.report.tables import Cell, Line, Table
 from hazbot_gym.study.results import Family, Interval, OracleComparison, SetResults
 
@@ -12,7 +13,6 @@ REGRETS = (
     ("regret", "regret, in return", 1.0, 2),
     ("normalised", "normalised, constant speed to oracle, %", 100.0, 1),
     ("avoidable_delay_s", "avoidable delay, s", 1.0, 2),
-    ("delay_removed", "removed share of the reference's delay, %", 100.0, 0),
 )
 # Of ``tails`` of a policy: metric, title.
 TAILS = (
@@ -47,14 +47,21 @@ def regret_table(block: OracleComparison, names: Sequence[str]) -> Table:
 
 
 def family_table(block: dict[str, Family]) -> Table:
-    """Return each family's hypervolume and its difference from the first family's."""
-    head = ["hypervolume", "difference from the first", "points", "points on the front"]
+    """Return each family's hypervolume and its differences from the first and the largest."""
+    head = [
+        "hypervolume",
+        "difference from the first",
+        "difference from the largest",
+        "points",
+        "points on the front",
+    ]
     lines = [
         Line(
             name,
             [
                 _cell(found["hypervolume"], 1.0, 4),
                 _cell(found["difference"], 1.0, 4),
+                _behind(found["behind"]),
                 Cell(str(len(found["points"])), ""),
                 Cell(str(sum(point["on_front"] for point in found["points"])), ""),
             ],
@@ -62,6 +69,26 @@ def family_table(block: dict[str, Family]) -> Table:
         for name, found in block.items()
     ]
     return Table(head, lines)
+
+
+def _behind(difference: Interval) -> Cell:
+    """Return the difference from the largest hypervolume, with the verdict of its interval."""
+    cell, high = _cell(difference, 1.0, 4), difference["high"]
+    if difference["mean"] == 0.0:
+        return Cell("largest", "")
+    is_tie = high is not None and high >= 0.0
+    return cell._replace(interval=f"{cell.interval}; tie") if is_tie else cell
+
+
+def price_table(block: SetResults, names: Iterable[str]) -> Table:
+    """Return the return of each policy at several prices of nearness, one row per policy."""
+    return Table(
+        [f"at {price:g} s" for price in RETURNS.values()],
+        [
+            Line(name, [_cell(block[name]["metrics"][metric], 1.0, 1) for metric in RETURNS])
+            for name in names
+        ],
+    )
 
 
 def tail_table(block: SetResults, names: Iterable[str]) -> Table:

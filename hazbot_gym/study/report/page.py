@@ -165,7 +165,6 @@ def make_page(study: Study) -> str:
             sets=[(each, describe(each)) for each in config.all_sets],
             headline=first,
             one_in=study.summary["headline"]["zero_is_below_one_in"],
-            smallest_p=study.summary["smallest_p"],
             start=first.sets[0],
             plots=plots,
             plot_data=packed_json(plots),
@@ -195,6 +194,7 @@ def make_tables(study: Study, blocks: dict[str, SetResults]) -> dict[str, object
         "first_table": tables.headline(first, config.names),
         "optimal": {name: pareto_optimal(block) for name, block in blocks.items()},
         "dominated": tables.dominated(first),
+        "prices": oracle_tables.price_table(first, config.names),
         "tails": oracle_tables.tail_table(first, config.names),
         "elsewhere": oracle_tables.elsewhere_tables(pooled, config.shown_names),
         "families": {

@@ -20,6 +20,7 @@ KNOWN = {
 }
 MORE_IS_BETTER = ("arrived", "leak_found", "return")
 UNKNOWN = "?"
+LEAST_P = 0.001  # shown; smaller ones depend on tails that no number of scenarios confirms
 NAMED = 3  # of dominating policies
 
 
@@ -133,7 +134,12 @@ def _cell(estimate: Interval, column: Column | None, *, is_best: bool = False) -
 def _compared(difference: Difference, column: Column) -> Cell:
     """Return a difference with its interval and its corrected p-value."""
     cell, p = _cell(difference, column), difference["p_holm"]
-    return cell if p is None else cell._replace(interval=f"{cell.interval}; p = {p:.2g}")
+    return cell if p is None else cell._replace(interval=f"{cell.interval}; p {p_text(p)}")
+
+
+def p_text(p: float) -> str:
+    """Return a p-value with its sign of equality, or its bound if it is very small."""
+    return f"< {LEAST_P:g}" if p < LEAST_P else f"= {p:.2g}"
 
 
 def _number(value: float | None, column: Column | None) -> str:

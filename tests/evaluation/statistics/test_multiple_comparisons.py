@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hazbot_gym.evaluation.statistics.intervals import scenario_draws
-from hazbot_gym.evaluation.statistics.multiple_comparisons import bootstrap_p_value, holm
+from hazbot_gym.evaluation.statistics.multiple_comparisons import holm
 
 P_VALUES = st.lists(st.floats(0.0, 1.0), min_size=1, max_size=12)
 
@@ -47,32 +47,3 @@ def test_holm_errs_in_a_family_as_seldom_as_one_test() -> None:
     errs = np.mean([(holm(family) <= 0.05).any() for family in p_values])
     assert errs == pytest.approx(0.05, abs=0.02)
     assert np.mean((p_values <= 0.05).any(axis=1)) > 0.3  # what it would be uncorrected
-
-
-def test_p_value_by_hand() -> None:
-    assert bootstrap_p_value(np.array([1.0, 2.0, 3.0, -1.0])) == pytest.approx(2 * (1 + 1) / 5)
-    assert bootstrap_p_value(np.full(999, 2.0)) == pytest.approx(0.002)
-    for improvement in (0.4, 0.6):
-        assert bootstrap_p_value(np.full(999, improvement), null=0.5) == pytest.approx(0.002)
-
-
-def test_no_difference_and_no_data_are_no_evidence() -> None:
-    assert bootstrap_p_value(np.zeros(99)) == 1.0
-    assert np.isnan(bootstrap_p_value(np.full(99, np.nan)))
-    assert bootstrap_p_value(np.array([np.nan, 1.0, 1.0, 1.0])) == pytest.approx(0.5)
-
-
-@given(st.floats(-3.0, 3.0))
-def test_the_test_and_the_interval_say_the_same(shift: float) -> None:
-    resampled = np.random.default_rng(1).normal(shift, 1.0, size=999)
-    low, high = np.quantile(resampled, [0.025, 0.975])
-    p = bootstrap_p_value(resampled)
-    if abs(p - 0.05) > 0.004:  # the interval interpolates between two resamples
-        assert (p < 0.05) == (not low <= 0.0 <= high)
-
-
-def test_policies_that_do_not_differ_are_told_apart_as_seldom_as_promised() -> None:
-    rng = np.random.default_rng(2)
-    draws = scenario_draws(np.zeros(80), rng, resamples=1000)
-    p_values = [bootstrap_p_value(draws @ (rng.exponential(size=80) - 1.0)) for _ in range(500)]
-    assert np.mean(np.array(p_values) <= 0.05) == pytest.approx(0.05, abs=0.03)

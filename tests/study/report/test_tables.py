@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from hazbot_gym.study.report import tables
+from hazbot_gym.study.report import oracle_tables, tables
 from hazbot_gym.study.summary import COMPARED
 from hazbot_gym.study.terminal_tables import COLUMNS
 
@@ -53,6 +53,23 @@ def test_differences_leave_out_the_reference() -> None:
     table = tables.differences(block, ("a", "b"), "a")
     assert [line.name for line in table.lines] == ["b"]
     assert table.lines[0].cells[2][:2] == ("-1.000", "-1.250 to -0.750; p = 0.012")
+    assert tables.p_text(1e-12) == "< 0.001"
+
+
+def test_families_whose_areas_differ_by_less_than_their_interval_tie() -> None:
+    areas = {"largest": (0.0, 0.0, 0.0), "near": (-0.1, -0.3, 0.1), "far": (-0.5, -0.6, -0.4)}
+    block: Any = {
+        name: {
+            "hypervolume": estimate(1.0),
+            "difference": estimate(0.5),
+            "behind": dict(zip(("mean", "low", "high"), behind, strict=True)),
+            "points": [],
+        }
+        for name, behind in areas.items()
+    }
+    cells = [line.cells[2] for line in oracle_tables.family_table(block).lines]
+    assert [cell.mean for cell in cells] == ["largest", "-0.1000", "-0.5000"]
+    assert ["tie" in cell.interval for cell in cells] == [False, True, False]
 
 
 def test_dominating_policies_are_named_the_first_of_many() -> None:
