@@ -68,10 +68,9 @@ def sample(model: Model, draws: list[CrossedDraws], rng: np.random.Generator) ->
     seeds, scenarios = draws[0].seeds.shape[1], draws[0].scenarios.shape[1]
 
     def by_scenario(deviation: float) -> Floats:
-        drawn = (
-            rng.exponential(size=scenarios) - 1.0 if model.is_skewed else rng.normal(size=scenarios)
-        )
-        return deviation * drawn
+        if model.is_skewed:
+            return rng.exponential(deviation, (scenarios,)) - deviation
+        return rng.normal(0.0, deviation, (scenarios,))
 
     shared = by_scenario(model.scenario)
     scores = [
@@ -126,7 +125,8 @@ def standard_errors(made: Sample, draws: list[CrossedDraws], means: Floats) -> F
             spread = (drawn.seeds * (rows - centre) ** 2).sum(axis=1)
             variance += spread / (seeds * (seeds - 1))
     spread = (draws[0].scenarios * (columns - means[:, None]) ** 2).sum(axis=1)
-    return np.sqrt(variance + spread / (scenarios * (scenarios - 1)))
+    errors: Floats = np.sqrt(variance + spread / (scenarios * (scenarios - 1)))
+    return errors
 
 
 def coverage(

@@ -303,7 +303,8 @@ def _tails(rows: pd.DataFrame, draws: CrossedDraws, confidence: float) -> Metric
 
 
 def _first_draws(draws: CrossedDraws) -> CrossedDraws:
-    return CrossedDraws(*(counts[:MOST_RESAMPLES_OF_TAILS] for counts in draws[:2]))
+    few = slice(MOST_RESAMPLES_OF_TAILS)
+    return CrossedDraws(draws.seeds[few], draws.scenarios[few])
 
 
 def _correct(results: SetResults, reference: str) -> None:

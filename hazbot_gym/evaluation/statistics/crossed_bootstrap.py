@@ -89,7 +89,8 @@ def crossed_draws(
 
 def each_once(draws: CrossedDraws) -> CrossedDraws:
     """Return the one resample that is the data itself: B = 1, every count 1."""
-    return CrossedDraws(*(np.ones((1, counts.shape[1])) for counts in draws[:2]))
+    seeds, scenarios = draws.seeds.shape[1], draws.scenarios.shape[1]
+    return CrossedDraws(np.ones((1, seeds)), np.ones((1, scenarios)))
 
 
 def score_matrix(scores: npt.ArrayLike, draws: CrossedDraws) -> Floats:

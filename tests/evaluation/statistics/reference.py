@@ -23,7 +23,9 @@ def plain_statistic(function: Callable[[Floats], float]) -> Statistic:
 
     def statistic(scores: npt.ArrayLike, draws: CrossedDraws) -> Floats:
         matrix, resampled = score_matrix(scores, draws), []
-        for seeds, scenarios in zip(*(counts.astype(int) for counts in draws), strict=True):
+        for seeds, scenarios in zip(
+            draws.seeds.astype(int), draws.scenarios.astype(int), strict=True
+        ):
             runs = matrix.repeat(seeds, axis=0).repeat(scenarios, axis=1)
             defined = runs[np.isfinite(runs)]
             resampled.append(function(defined) if len(defined) else np.nan)

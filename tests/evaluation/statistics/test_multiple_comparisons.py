@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hazbot_gym.evaluation.statistics.intervals import scenario_draws
 from hazbot_gym.evaluation.statistics.multiple_comparisons import holm
 
 P_VALUES = st.lists(st.floats(0.0, 1.0), min_size=1, max_size=12)
