@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from hazbot_gym.evaluation.metrics import HEADLINE
+from hazbot_gym.evaluation.prices import RETURNS
 from hazbot_gym.evaluation.statistics.pareto import AXES
 from hazbot_gym.study.headline import TEST, groups
 from hazbot_gym.study.summary import COMPARED
@@ -15,7 +16,7 @@ Record = dict[str, Any]
 TOGETHER, EXACTNESS = "together", ("exact", "searched")  # what is pooled of fronts and oracle
 SHARES = ("normalised",)
 RATES = ("arrived", "contact_robot_caused", "contact_person_caused")
-KEPT = tuple(dict.fromkeys((*RATES, *HEADLINE, "ssm_violation")))
+KEPT = tuple(dict.fromkeys((*RATES, *HEADLINE, *RETURNS, "ssm_violation")))
 # Titles of the axes of fronts. A record of a study before nearness became discomfort has the old
 # ones, and is shown with them until the study is run again.
 AXIS_TITLES = {
