@@ -12,9 +12,10 @@ distribution, and (Satterthwaite 1946)
 
     s^2 = s*^2 + sum_p V_p / (R_p - 1),    nu = s^4 / sum_p (V_p R_p / (R_p - 1))^2 / (R_p - 1)
 
-V_p is the part of s*^2 that comes from the seeds of policy p: what a linear regression of the
-resamples on the counts of these seeds explains. The rest comes from the scenarios, which are many,
-so k is 1 if no policy has several seeds. ``docs/coverage.md`` compares the coverage of intervals.
+V_p is the part of s*^2 that comes from the seeds of policy p, ``sum_r cov(a_r, resampled)^2`` with
+their counts a_r in the resamples (infinitesimal jackknife, Efron 2014). The rest comes from the
+scenarios, which are many, so k is 1 if no policy has several seeds. ``docs/coverage.md`` compares
+the coverage of intervals.
 """
 
 from __future__ import annotations
@@ -87,20 +88,12 @@ def precision(resampled: Floats, seeds: Sequence[Floats]) -> tuple[float, float]
     for counts in seeds:
         freedom = counts.shape[1] - 1
         if freedom > 0:
-            part = explained(deviations, counts[defined])
+            part = float(np.sum((deviations @ (counts[defined] - 1.0) / len(deviations)) ** 2))
             inflated += part / freedom
             doubt += (part * (1.0 + 1.0 / freedom)) ** 2 / freedom
     if doubt == 0.0:
         return 1.0, math.inf
     return math.sqrt(inflated / variance), inflated**2 / doubt
-
-
-def explained(deviations: Floats, counts: Floats) -> float:
-    """Return the variance that a linear regression on the counts (B, R) explains."""
-    varied = counts - counts.mean(axis=0)
-    moments = varied.T @ deviations
-    inverse = np.linalg.pinv(varied.T @ varied, rcond=1e-9, hermitian=True)  # counts sum to R
-    return float(moments @ inverse @ moments) / len(deviations)
 
 
 def t_quantile(level: float, freedom: float) -> float:
