@@ -34,6 +34,7 @@ BELOW = {
         "study.terminal_tables",
         *(f"study.summary.{name}" for name in ("COMPARED", "LEVELS")),
         "evaluation.statistics.pareto.AXES",
+        "evaluation.prices.RETURNS",
         "evaluation.episode",
         "core",
         "utils",
