@@ -20,6 +20,8 @@ from hazbot_gym.utils.json_object import JsonObject
 if TYPE_CHECKING:
     from hazbot_gym.config.parameters import Config
 
+Distribution = Mapping[str, Any]  # from its kind to its values
+
 KINDS = ("uniform", "normal", "choice")
 MOST_DEVIATIONS = 3.0  # at which a normal distribution is truncated
 RANDOMISED = "randomised"
@@ -80,7 +82,7 @@ def _taken_out(node: Any, name: str, found: JsonObject) -> Any:
     return node
 
 
-def _check(name: str, distribution: Mapping[str, Any]) -> None:
+def _check(name: str, distribution: Distribution) -> None:
     """Raise if a distribution is malformed, or stands where none may."""
     (kind, values), said = *distribution.items(), shown(dict(distribution))
     if name == "gas" or any(f"{name}.".startswith(f"{each}.") for each in FIXED):
@@ -103,7 +105,7 @@ def _is_number(value: object) -> bool:
     return abs(value) <= LARGEST  # NaN is not
 
 
-def _middle(distribution: Mapping[str, Any]) -> Any:
+def _middle(distribution: Distribution) -> Any:
     ((kind, values),) = distribution.items()
     if kind != "uniform":
         return values[0]
@@ -111,7 +113,7 @@ def _middle(distribution: Mapping[str, Any]) -> Any:
     return total // 2 if isinstance(total, int) else total / 2.0
 
 
-def ends(distribution: Mapping[str, Any], *, is_whole: bool) -> list[Any]:
+def ends(distribution: Distribution, *, is_whole: bool) -> list[Any]:
     """Return the extreme values of a distribution; of a choice, all values."""
     ((kind, values),) = distribution.items()
     if kind != "normal":
@@ -121,7 +123,7 @@ def ends(distribution: Mapping[str, Any], *, is_whole: bool) -> list[Any]:
     return [round(value) for value in found] if is_whole else found
 
 
-def value_from(distribution: Mapping[str, Any], u: float, normal: float, *, is_whole: bool) -> Any:
+def value_from(distribution: Distribution, u: float, normal: float, *, is_whole: bool) -> Any:
     """Return a value of a distribution.
 
     Args:

@@ -23,15 +23,17 @@ try:
 except ImportError:
     numba = cgutils = None  # type: ignore[assignment]
 
-__all__ = ["NO_HOOK", "address_of", "call", "carray", "check_hook"]
+Untyped = Any  # what comes from numba and llvmlite, which have no types
 
-carray: Any = getattr(numba, "carray", None)  # pointer and sizes to an array
-types: Any = getattr(numba, "types", None)
-unpack: Any = getattr(cgutils, "unpack_tuple", None)
+__all__ = ["NO_HOOK", "Untyped", "address_of", "call", "carray", "check_hook"]
+
+carray: Untyped = getattr(numba, "carray", None)  # pointer and sizes to an array
+types: Untyped = getattr(numba, "types", None)
+unpack: Untyped = getattr(cgutils, "unpack_tuple", None)
 
 NO_HOOK = 0  # address of none
 _PLAIN: list[Callable[..., None]] = [lambda *_: None]  # hooks by address, where nothing is compiled
-_COMPILED: dict[Callable[..., object], Any] = {}  # they must outlive their addresses
+_COMPILED: dict[Callable[..., object], Untyped] = {}  # they must outlive their addresses
 
 
 def call(address: int, *arguments: object) -> None:
@@ -42,18 +44,20 @@ def call(address: int, *arguments: object) -> None:
 if numba is not None:
 
     @overload(call)
-    def _call_compiled(address: Any, *arguments: Any) -> Any:
-        def jump(address: Any, *arguments: Any) -> Any:
+    def _call_compiled(address: Untyped, *arguments: Untyped) -> Untyped:
+        def jump(address: Untyped, *arguments: Untyped) -> Untyped:
             return _jump(address, *arguments)
 
         return jump
 
     @intrinsic
-    def _jump(typing_context: Any, address: Any, *arguments: Any) -> Any:
+    def _jump(typing_context: Untyped, address: Untyped, *arguments: Untyped) -> Untyped:
         """Call the C function at an address: records as pointers, arrays as pointer and sizes."""
 
-        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            passed: list[Any] = []
+        def generate(
+            context: Untyped, builder: Untyped, signature: Untyped, values: Untyped
+        ) -> Untyped:
+            passed: list[Untyped] = []
             given = unpack(builder, values[1])
             for kind, value in zip(signature.args[1], given, strict=True):
                 if isinstance(kind, types.Array):
@@ -78,7 +82,7 @@ def address_of(
     examples: tuple[object, ...],
     results: int,
     passed: tuple[object, ...],
-    adapted: Callable[[Callable[..., Any]], tuple[Callable[..., None], Callable[..., None]]],
+    adapted: Callable[[Callable[..., Untyped]], tuple[Callable[..., None], Callable[..., None]]],
 ) -> int:
     """Return the address at which kernels call a user's function.
 
@@ -107,7 +111,7 @@ def address_of(
 
 def _compiled(
     what: str, function: Callable[..., object], examples: tuple[object, ...], results: int
-) -> Any:
+) -> Untyped:
     """Return a compiled function, after a check of what it returns."""
     compiled = numba.njit(error_model="numpy", nogil=True)(function)
     try:
@@ -124,9 +128,9 @@ def _compiled(
     return compiled
 
 
-def _signature(passed: tuple[object, ...]) -> Any:
+def _signature(passed: tuple[object, ...]) -> Untyped:
     """Return the C signature: pointers for records and arrays, and sizes behind those of arrays."""
-    pieces: list[Any] = []
+    pieces: list[Untyped] = []
     for kind in map(numba.typeof, passed):
         if isinstance(kind, types.Array):
             pieces.extend([types.CPointer(kind.dtype), *[types.intp] * kind.ndim])
@@ -151,7 +155,7 @@ def _place_of(function: Callable[..., object], error: Exception | None = None) -
     return f"line {line} of {getattr(location, 'filename', None) or code.co_filename}"
 
 
-def _code_of(function: Any) -> Any:
+def _code_of(function: Untyped) -> Untyped:
     return function.__code__
 
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from hazbot_gym.core.hooks import NO_HOOK, address_of, carray, check_hook
+from hazbot_gym.core.hooks import NO_HOOK, Untyped, address_of, carray, check_hook
 from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.social_force import Reaction
 from hazbot_gym.core.state import (
@@ -29,7 +29,7 @@ Model = TypeVar("Model", bound=Callable[..., Velocity])
 
 
 class Situation(NamedTuple):
-    """What a pedestrian model may use besides the person's own record.
+    """Surroundings of a person, for a pedestrian model.
 
     Attributes:
         people: (P,) PERSON records of everyone, the person included.
@@ -112,13 +112,13 @@ def address_of_model(name: str) -> int:
 
 
 def _adapted(model: Callable[..., Velocity]) -> tuple[Callable[..., None], Callable[..., None]]:
-    def plain(me: PersonRecord, *around: Any) -> None:
+    def plain(me: PersonRecord, *around: Untyped) -> None:
         me.next_vx, me.next_vy = model(me, Situation(*around))
 
     def entry(
-        me: Any, people: Any, count: int, index: int, robot: Any, walls: Any, segments: int,
-        ends: int, ahead_x: float, ahead_y: float, reaction: Any, dt_s: float, noise_x: float,
-        noise_y: float,
+        me: Untyped, people: Untyped, count: int, index: int, robot: Untyped, walls: Untyped,
+        segments: int, ends: int, ahead_x: float, ahead_y: float, reaction: Untyped, dt_s: float,
+        noise_x: float, noise_y: float,
     ) -> None:  # fmt: skip
         person = carray(me, (1,))[0]
         vx, vy = model(

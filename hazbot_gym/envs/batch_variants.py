@@ -84,6 +84,9 @@ class Group(NamedTuple):
     worlds: Bools  # (N,)
 
 
+NOTHING: dict[str, object] = {}  # randomised; one for all worlds, since many small ones take room
+
+
 class Variants:
     """The variant of each world.
 
@@ -97,7 +100,7 @@ class Variants:
         self.first = Variant(config)
         self._of = [self.first] * worlds
         self._bases = [config] * worlds  # of the next episodes
-        self.values: npt.NDArray[np.object_] = np.array([{} for _ in range(worlds)], object)
+        self.values: npt.NDArray[np.object_] = np.array([NOTHING] * worlds)
         self._known = {config.model_dump_json(): self.first}
         self._groups = np.zeros(worlds, np.int64)
         self._group_of = {_of_steps(config): 0}
@@ -117,7 +120,7 @@ class Variants:
         if self.are_alike:
             self._of = [self.first] * len(self._of)
             self._groups[:] = 0
-            self.values[:] = [{} for _ in self._of]
+            self.values[:] = NOTHING
 
     def begin(self, i: int, key: int) -> Variant:
         """Return the variant of world i's next episode."""

@@ -70,7 +70,7 @@ class Frame(NamedTuple):
 
     @property
     def has_strip(self) -> bool:
-        """Whether the panel has a further row: for gas, or for the reward terms of users."""
+        """True if the panel has a further row: for gas, or for the reward terms of users."""
         return self.gas is not None or len(self.terms) > PANEL_TERMS
 
 

@@ -59,7 +59,7 @@ from hazbot_gym.utils import processors
 from hazbot_gym.utils.threads import Threads
 
 SMALLEST_BLOCK = 32  # minimum worlds per thread
-KEYS_AHEAD = 16  # scenario keys drawn in advance for each world
+KEYS_AHEAD = 8  # scenario keys drawn in advance for each world
 
 
 class State(NamedTuple):

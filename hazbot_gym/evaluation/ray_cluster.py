@@ -10,15 +10,14 @@ from __future__ import annotations
 import functools
 import logging
 import os
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from hazbot_gym.errors import HazbotError, InvalidInput, MissingExtra
 from hazbot_gym.evaluation import input_bundle, mirrored_folder
-from hazbot_gym.evaluation.workers import RETRIES, leave_messages_to_parent
+from hazbot_gym.evaluation.workers import RETRIES, Call, Outcome, leave_messages_to_parent
 
 try:
     import ray
@@ -26,6 +25,8 @@ try:
     from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 except ImportError as error:
     raise MissingExtra(error.name or "ray", "cluster") from error
+
+Reference = Any  # of an object in Ray's store
 
 
 class RayPool:
@@ -43,17 +44,15 @@ class RayPool:
             )
             .remote()
         )
-        self._running: set[Future[Any]] = set()
+        self._running: set[Outcome] = set()
         self._is_open = True
 
-    def submit(self, function: Callable[..., Any], /, *arguments: Any) -> Future[Any]:
+    def submit(self, function: Call, /, *arguments: object) -> Outcome:
         """Call a function on a worker and return its future result."""
         self._check()
         return self._future(self._call.remote(self._bundle, function, arguments))
 
-    def submit_in(
-        self, folder: Path, function: Callable[..., Any], /, *arguments: Any
-    ) -> Future[Any]:
+    def submit_in(self, folder: Path, function: Call, /, *arguments: object) -> Outcome:
         """Call a function on a worker with a copy of a folder of this machine."""
         self._check()
         original = os.path.abspath(folder)
@@ -72,8 +71,8 @@ class RayPool:
         if not self._is_open:
             raise RuntimeError("the pool is closed")
 
-    def _future(self, reference: Any) -> Future[Any]:
-        future: Future[Any] = reference.future()
+    def _future(self, reference: Reference) -> Outcome:
+        future: Outcome = reference.future()
         self._running.add(future)
         future.add_done_callback(self._running.discard)
         return future
@@ -120,19 +119,19 @@ def _connect(address: str) -> None:
         raise InvalidInput(f"cluster: no connection to {address!r}: {said}") from error
 
 
-def _call(bundle: list[Any], function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+def _call(bundle: list[Reference], function: Call, arguments: tuple[object, ...]) -> object:
     """Call a function in a worker."""
     _settle(*bundle)
     return function(*arguments)
 
 
 def _call_in(
-    bundle: list[Any],
+    bundle: list[Reference],
     folders: Any,
     original: str,
-    function: Callable[..., Any],
-    arguments: tuple[Any, ...],
-) -> Any:
+    function: Call,
+    arguments: tuple[object, ...],
+) -> object:
     """Call a function in a worker, in a copy of a folder of the driver's machine."""
     _settle(*bundle)
     contents = ray.get(folders.read.remote(original))
@@ -145,7 +144,7 @@ def _call_in(
 
 
 @functools.cache
-def _settle(bundle: Any) -> object:
+def _settle(bundle: Reference) -> object:
     """Prepare a worker process, once: check versions and unpack the input files."""
     leave_messages_to_parent()
     return input_bundle.unpack(ray.get(bundle))

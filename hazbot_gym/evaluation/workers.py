@@ -27,16 +27,18 @@ SAFE_PATH = "PYTHONSAFEPATH"
 RETRIES = 10  # of a call whose worker, or its machine, was lost on a cluster
 
 
+Call = Callable[..., Any]  # an importable function
+Outcome = Future[Any]  # of a call
+
+
 class Pool(Protocol):
     """Workers that accept calls of importable functions."""
 
-    def submit(self, function: Callable[..., Any], /, *arguments: Any) -> Future[Any]:
+    def submit(self, function: Call, /, *arguments: object) -> Outcome:
         """Call a function and return its future result."""
         ...
 
-    def submit_in(
-        self, folder: Path, function: Callable[..., Any], /, *arguments: Any
-    ) -> Future[Any]:
+    def submit_in(self, folder: Path, function: Call, /, *arguments: object) -> Outcome:
         """Call a function with a folder of this machine, in which it reads and writes files."""
         ...
 
@@ -44,15 +46,13 @@ class Pool(Protocol):
 class Here:
     """Pool without workers: calls run in this process, at once."""
 
-    def submit(self, function: Callable[..., Any], /, *arguments: Any) -> Future[Any]:
+    def submit(self, function: Call, /, *arguments: object) -> Outcome:
         """Call a function and return its result."""
-        future: Future[Any] = Future()
+        future: Outcome = Future()
         future.set_result(function(*arguments))
         return future
 
-    def submit_in(
-        self, folder: Path, function: Callable[..., Any], /, *arguments: Any
-    ) -> Future[Any]:
+    def submit_in(self, folder: Path, function: Call, /, *arguments: object) -> Outcome:
         """Call a function with a folder."""
         return self.submit(function, folder, *arguments)
 
@@ -60,9 +60,7 @@ class Here:
 class Processes(ProcessPoolExecutor):
     """Pool of local processes, which use the folders of this machine directly."""
 
-    def submit_in(
-        self, folder: Path, function: Callable[..., Any], /, *arguments: Any
-    ) -> Future[Any]:
+    def submit_in(self, folder: Path, function: Call, /, *arguments: object) -> Outcome:
         """Call a function with a folder."""
         return self.submit(function, folder, *arguments)
 

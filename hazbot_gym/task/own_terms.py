@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from hazbot_gym.config import Config
-from hazbot_gym.core.hooks import address_of, carray
+from hazbot_gym.core.hooks import Untyped, address_of, carray
 from hazbot_gym.core.own_terms import REWARD_TERMS, RewardTerm
 from hazbot_gym.core.state import PERSON, ROBOT, Floats, Ints, Records, as_record, records
 from hazbot_gym.errors import InvalidInput
@@ -80,11 +79,19 @@ def _address(term: RewardTerm) -> int:
 
 
 def _adapted(term: Callable[..., float]) -> tuple[Callable[..., None], Callable[..., None]]:
-    def plain(robot: Any, people: Any, record: Any, rules: Any, out: Floats) -> None:
+    def plain(
+        robot: Untyped, people: Untyped, record: Untyped, rules: Untyped, out: Floats
+    ) -> None:
         out[0] = term(robot, people, record, rules)
 
     def entry(
-        robot: Any, people: Any, count: int, record: Any, rules: Any, out: Any, size: int
+        robot: Untyped,
+        people: Untyped,
+        count: int,
+        record: Untyped,
+        rules: Untyped,
+        out: Untyped,
+        size: int,
     ) -> None:
         carray(out, (size,))[0] = term(
             carray(robot, (1,))[0], carray(people, (count,)), carray(record, (1,))[0],

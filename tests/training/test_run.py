@@ -36,6 +36,13 @@ TINY: dict[str, Any] = {
     "steps": 384,
     "validation": {"every_steps": 100, "episodes": 2},
 }
+# The options of ppo.yaml that do not go with everything else.
+PLAIN: dict[str, Any] = {
+    "staggered_starts": False,
+    "action_repeat": 1,
+    "shaping": "none",
+    "asymmetric_critic": False,
+}
 
 
 def tiny(name: str = "ppo", **changes: Any) -> TrainConfig:
@@ -50,6 +57,8 @@ def tiny(name: str = "ppo", **changes: Any) -> TrainConfig:
         "options": {**config.options, **small},
         "network": {**config.network, "net_arch": [4]},
     }
+    if name == "ppo":
+        values |= PLAIN
     if config.imitation:
         values["imitation"] = {"decisions": 96, "epochs": 1, "batch_size": 32}
     if len(config.env) > 1:
