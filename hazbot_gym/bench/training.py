@@ -156,14 +156,14 @@ def judge(policy: str, config: TrainConfig, episodes: int) -> Record:
 
 
 def speed(path: Path, config: TrainConfig) -> Record:
-    """Return actions per second of the same PPO on the batched engine and on pymunk."""
+    """Return decisions per second of the same PPO on the batched engine and on pymunk."""
     cases = speed_cases(config)
     rates: dict[str, list[float]] = {name: [] for name in cases}
     for _ in range(TURNS):
         for name, changes in cases.items():
             with trained(path, **changes) as (folder, _, _):
                 result = read_json(folder / RESULT)
-            rates[name].append(result["steps_per_s"])
+            rates[name].append(result["steps_per_s"] * config.action_repeat)
     ratios = (a / b for a, b in zip(rates["batched"], rates["pymunk"], strict=True))
     medians = {name: statistics.median(each) for name, each in rates.items()}
     return {**medians, "ratio": statistics.median(ratios), "turns": TURNS}

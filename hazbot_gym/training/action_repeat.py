@@ -1,9 +1,8 @@
 """Action repeat: in training, each action of the policy holds for several decisions.
 
 Commands differ in their effect only over about a second: the drive accelerates slowly, and people
-react late. Noise that is drawn anew ten times a second averages out before it has an effect, so
-exploration with a repeated action is easier to learn from, and an update covers more time
-(Mnih et al., Nature 2015; measured for continuous control by Kalyanakrishnan et al. 2021).
+react late. Noise that is drawn anew ten times a second averages out before it has an effect; that
+of an action that holds does not, and an update covers more time (Mnih et al., Nature 2015).
 Validation and use are unaffected: the policy acts at every decision there.
 """
 
