@@ -1,9 +1,4 @@
-"""Positions and velocities of observed people, in the robot's frame.
-
-The observation has the speed across the line of sight, but not its sign. The sign follows from the
-closest approach while the robot drives. While it stands, the sign is ambiguous: then the person
-appears twice, once per sign, and a worst-case rule uses the worse one.
-"""
+"""Positions and velocities of observed people, in the robot's frame."""
 
 from __future__ import annotations
 
@@ -16,21 +11,19 @@ from hazbot_gym.core.state import PERSON_RADIUS_M, ROBOT_RADIUS_M, Floats
 from hazbot_gym.task.observation import PERSON_SLOTS
 
 RADII_M = ROBOT_RADIUS_M + PERSON_RADIUS_M
-SIDES = np.array([[1.0], [-1.0]])  # left and right
-SAME_M = 0.02  # closest approaches that differ by less leave the sign ambiguous
 
 
 class People(NamedTuple):
-    """People relative to the robot, x ahead, y to the left, velocities over ground: (..., P).
+    """People relative to the robot, x ahead, y to the left, velocities over ground: (..., K).
 
-    P is twice the number of slots: each person with both signs of the lateral velocity.
+    K is the number of slots.
     """
 
     x_m: Floats
     y_m: Floats
     vx_mps: Floats
     vy_mps: Floats
-    is_there: npt.NDArray[np.bool_]  # whether the person is present and the sign possible
+    is_there: npt.NDArray[np.bool_]
 
 
 def of_people(seen: dict[str, Floats], field: str) -> Floats:
@@ -48,29 +41,20 @@ def people_seen(seen: dict[str, Floats]) -> People:
     """Return positions and velocities of people from a decoded observation of fields (...).
 
     With p the unit vector to a person and n the unit vector perpendicular to p, to the left, the
-    person's velocity is ``q_p p +- q_n n``: q_p follows from the closing speed, q_n from q_p and
-    the speed.
+    person's velocity is ``q_p p + q_n n``: q_p follows from the closing speed c and the robot's
+    velocity v as ``v.p - c``, and q_n is observed.
     """
-    sine, cosine, distance_m, closing_mps, speed_mps, closest_m, present = (
-        of_people(seen, field)[..., None, :]  # (..., 1, K), beside (..., 2, K) for the two sides
+    sine, cosine, distance_m, closing_mps, across, present = (
+        of_people(seen, field)
         for field in (
-            "bearing_sin", "bearing_cos", "distance_m", "closing_mps", "speed_mps", "closest_m",
-            "present",
+            "bearing_sin", "bearing_cos", "distance_m", "closing_mps", "across_mps", "present"
         )
     )  # fmt: skip
-    own_mps = seen["speed_mps"][..., None, None]
-    px, py = distance_m * cosine, distance_m * sine
-    along = own_mps * cosine - closing_mps
-    across = SIDES * np.sqrt(np.maximum(speed_mps**2 - along**2, 0.0))
-    vx, vy = along * cosine - across * sine, along * sine + across * cosine
-    off_m = np.abs(_closest_m(px, py, vx - own_mps, vy) - closest_m)
-    is_possible = off_m <= off_m.min(axis=-2, keepdims=True) + SAME_M
-    both = np.broadcast_arrays(px, py, vx, vy, is_possible & (present > 0.5))
-    return People(*(values.reshape(*values.shape[:-2], -1) for values in both))
-
-
-def _closest_m(px: Floats, py: Floats, wx: Floats, wy: Floats) -> Floats:
-    """Return the distance at the closest approach to come; see ``patterns.closest_approach``."""
-    squared = np.maximum(wx**2 + wy**2, 1e-12)
-    time_s = np.maximum(-(px * wx + py * wy), 0.0) / squared
-    return np.hypot(px + wx * time_s, py + wy * time_s)
+    along = seen["speed_mps"][..., None] * cosine - closing_mps
+    return People(
+        x_m=distance_m * cosine,
+        y_m=distance_m * sine,
+        vx_mps=along * cosine - across * sine,
+        vy_mps=along * sine + across * cosine,
+        is_there=present > 0.5,
+    )

@@ -227,6 +227,7 @@ def people(echoes: Echoes, speed_mps: Floats, ring: Sensors = PAPER) -> dict[str
         "bearing_sin": sine,
         "bearing_cos": cosine,
         "speed_mps": np.abs(u),
+        "across_mps": np.zeros_like(u),  # not measured
         "closing_mps": u + speed_mps[..., None] * cosine,
         "time_to_closest_s": time_s,
         "closest_m": closest_m,

@@ -93,6 +93,7 @@ PERSON_FIELDS = (
     _field("bearing_sin", "-", -1.0, 1.0, "sine of the direction from the robot, left positive"),
     _field("bearing_cos", "-", -1.0, 1.0, "cosine of that direction"),
     _field("speed_mps", "m/s", 0.0, 3.0, "speed of the person"),
+    _field("across_mps", "m/s", -3.0, 3.0, "velocity across the line of sight, left positive"),
     _field("closing_mps", "m/s", -3.5, 3.5, "rate at which the distance shrinks"),
     _field("time_to_closest_s", "s", 0.0, HORIZON_S, "time to closest approach, straight on"),
     _field("closest_m", "m", 0.0, TRACKER_RANGE_M, "distance then"),
@@ -300,6 +301,7 @@ def _put_person(
     i = _put(out, i, (cos_t * dy - sin_t * dx) / distance, absent)
     i = _put(out, i, (cos_t * dx + sin_t * dy) / distance, absent)
     i = _put(out, i, norm(track.vx, track.vy), absent)
+    i = _put(out, i, (dx * track.vy - dy * track.vx) / distance, absent)
     i = _put(out, i, -(dx * rel_vx + dy * rel_vy) / distance, absent)
     i = _put(out, i, time_s, absent)
     i = _put(out, i, closest_m, absent)

@@ -162,13 +162,13 @@ def test_what_has_no_plain_form_is_refused_in_one_line(blank: Any) -> None:
 
 def test_an_observation_is_answered_alike_alone_and_among_others() -> None:
     rng = np.random.default_rng(0)
-    shapes = [(48, 96), (96, 96), (96, 1)]
+    shapes = [(51, 96), (96, 96), (96, 1)]
     layers = tuple(
         Layer(rng.normal(0.0, 0.2, shape).astype(np.float32), np.zeros(shape[1], np.float32))
         for shape in shapes
     )
     actor = Actor(layers, "relu", "clipped")
-    many = rng.uniform(-1.0, 1.0, (257, 48)).astype(np.float32)
+    many = rng.uniform(-1.0, 1.0, (257, 51)).astype(np.float32)
     together = actor.act(many)[0]
     for count in (1, 3, 250):
         assert np.array_equal(actor.act(many[:count])[0], together[:count])

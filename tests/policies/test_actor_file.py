@@ -17,7 +17,7 @@ from hazbot_gym.task.observation import LAYOUTS
 from tests.refusals import refused
 
 
-def some_actor(width: int = 48, hidden: int = 64, statistics: bool = False) -> Actor:
+def some_actor(width: int = 51, hidden: int = 64, statistics: bool = False) -> Actor:
     rng = np.random.default_rng(0)
     layers = tuple(some_layer(rng, shape) for shape in pairwise((width, hidden, hidden, 1)))
     rows = np.float32(rng.uniform(1, 2, (2, width)))
@@ -30,7 +30,7 @@ def some_layer(rng: np.random.Generator, shape: tuple[int, int]) -> Layer:
     return Layer(rng.normal(size=shape).astype(np.float32), np.ones(shape[1], np.float32))
 
 
-def some_memory(width: int = 48, size: int = 8) -> Actor:
+def some_memory(width: int = 51, size: int = 8) -> Actor:
     rng = np.random.default_rng(2)
     gates, head = some_layer(rng, (width + size, 4 * size)), some_layer(rng, (size, 1))
     return Actor((head,), "tanh", "clipped", lstm=Lstm(gates))
@@ -56,7 +56,7 @@ def written(trained: Trained, folder: Path, name: str = "policy.npz") -> Path:
 def test_an_actor_comes_back_as_it_was_written(actor: Actor, tmp_path: Path) -> None:
     path = written(describe(actor, algorithm="PPO", tier="tracks"), tmp_path)
     found = read(path)
-    observations = np.random.default_rng(1).uniform(-1, 1, (50, 48))
+    observations = np.random.default_rng(1).uniform(-1, 1, (50, 51))
     assert np.array_equal(found.actor.act(observations)[0], actor.act(observations)[0])
     assert found.about["algorithm"] == "PPO"
     assert path.stat().st_size < 200_000
@@ -96,7 +96,7 @@ def test_another_observation_table_is_refused_by_the_field_that_differs(
 
 def test_a_table_of_another_length_is_refused(trained: Trained, tmp_path: Path) -> None:
     trained.about["observation"].pop()
-    with refused("47 ... 48"):
+    with refused("50 ... 51"):
         read(written(trained, tmp_path))
 
 
@@ -149,7 +149,7 @@ def test_weights_that_do_not_fit_or_are_no_numbers_are_refused(tmp_path: Path) -
 def test_a_memory_that_does_not_fit_is_refused(tmp_path: Path) -> None:
     odd = some_memory()._replace(lstm=some_memory(width=47).lstm)
     path = written(describe(some_memory(), algorithm="RecurrentPPO", tier="tracks"), tmp_path)
-    assert "48 -> LSTM of 8 -> 1" in card(read(path), "mine")
+    assert "51 -> LSTM of 8 -> 1" in card(read(path), "mine")
     trained = describe(some_memory(), algorithm="RecurrentPPO", tier="tracks")
     with refused("damaged"):
         read(written(trained._replace(actor=odd), tmp_path))
@@ -161,7 +161,7 @@ def test_a_missing_file_is_one_line(tmp_path: Path) -> None:
 
 
 def test_an_actor_is_described_for_the_tier_of_its_width_only() -> None:
-    with refused("sonar ... 12 ... 48"):
+    with refused("sonar ... 12 ... 51"):
         describe(some_actor(), algorithm="PPO", tier="sonar")
     with refused("tier ... 'radar' ... sonar, tracks"):
         describe(some_actor(), algorithm="PPO", tier="radar")
@@ -172,7 +172,7 @@ def test_the_card_tells_how_to_use_it_and_what_it_reached(trained: Trained) -> N
     for part in (
         "# mine",
         "PPO",
-        "48 -> 64 -> 64 -> 1",
+        "51 -> 64 -> 64 -> 1",
         "learned:path=mine.npz",
         "| return | 12.5",
     ):
@@ -192,18 +192,18 @@ def repacked(folder: Path, **changes: Any) -> Path:
 @pytest.mark.parametrize(
     "array",
     [
-        np.asfortranarray(np.full((48, 4), 0.5, np.float32)),
-        np.full((48, 4), 0.5, ">f4"),
-        np.full((48, 4), 0.5, np.float64),
+        np.asfortranarray(np.full((51, 4), 0.5, np.float32)),
+        np.full((51, 4), 0.5, ">f4"),
+        np.full((51, 4), 0.5, np.float64),
     ],
     ids=["fortran", "big-endian", "double"],
 )
 def test_weights_in_another_order_or_precision_are_the_same_weights(
     array: Any, tmp_path: Path
 ) -> None:
-    expected = read(repacked(tmp_path, weight0=np.full((48, 4), 0.5, np.float32))).actor
+    expected = read(repacked(tmp_path, weight0=np.full((51, 4), 0.5, np.float32))).actor
     found = read(repacked(tmp_path, weight0=array)).actor
-    blank = np.full((3, 48), 0.25, np.float32)
+    blank = np.full((3, 51), 0.25, np.float32)
     assert found.layers[0].weight.dtype == np.float32
     assert np.array_equal(found.act(blank)[0], expected.act(blank)[0])
 
@@ -211,16 +211,16 @@ def test_weights_in_another_order_or_precision_are_the_same_weights(
 @pytest.mark.parametrize(
     "changes",
     [
-        {"weight0": np.zeros((48, 4), np.complex64)},
-        {"weight0": np.zeros((48, 4), object)},
-        {"weight0": np.zeros((48, 4), "f4,f4")},
-        {"weight0": np.zeros((48, 4), "U3")},
-        {"weight0": np.zeros((48, 4), np.uint8)},
-        {"weight0": np.full((48, 4), np.nan, np.float32)},
-        {"weight0": np.full((48, 4), 1e300)},
-        {"weight0": np.zeros((48, 5), np.float32)},
-        {"weight0": np.zeros((48, 0), np.float32), "bias0": np.zeros(0, np.float32)},
-        {"weight0": np.zeros((4, 48), np.float32)},
+        {"weight0": np.zeros((51, 4), np.complex64)},
+        {"weight0": np.zeros((51, 4), object)},
+        {"weight0": np.zeros((51, 4), "f4,f4")},
+        {"weight0": np.zeros((51, 4), "U3")},
+        {"weight0": np.zeros((51, 4), np.uint8)},
+        {"weight0": np.full((51, 4), np.nan, np.float32)},
+        {"weight0": np.full((51, 4), 1e300)},
+        {"weight0": np.zeros((51, 5), np.float32)},
+        {"weight0": np.zeros((51, 0), np.float32), "bias0": np.zeros(0, np.float32)},
+        {"weight0": np.zeros((4, 51), np.float32)},
         {"weight1": np.zeros((4, 0), np.float32)},
         {"bias0": np.zeros((4, 1), np.float32)},
         {"bias0": np.full(4, -np.inf, np.float32)},
@@ -229,11 +229,11 @@ def test_weights_in_another_order_or_precision_are_the_same_weights(
         {"weight4": np.zeros((1, 1), np.float32), "bias4": np.zeros(1, np.float32)},
         {"weight_more": np.zeros((1, 1), np.float32)},
         {"mystery": np.zeros(1, np.float32)},
-        {"gate_weight": np.zeros((48, 0), np.float32), "gate_bias": np.zeros(0, np.float32)},
+        {"gate_weight": np.zeros((51, 0), np.float32), "gate_bias": np.zeros(0, np.float32)},
         {"gate_bias": np.zeros(4, np.float32)},
         {"mean": None},
         {"mean": np.zeros(47, np.float32)},
-        {"variance": np.full(48, -1.0, np.float32)},
+        {"variance": np.full(51, -1.0, np.float32)},
         {"clip_epsilon": np.array([10.0, -1e-3])},
         {"clip_epsilon": np.array([-1.0, 1e-8])},
         {"clip_epsilon": np.array([10.0])},
@@ -267,7 +267,7 @@ def test_a_correction_of_no_usable_scale_is_refused(scale: Any, tmp_path: Path) 
 def test_a_network_that_is_too_large_to_be_read_again_is_not_written(tmp_path: Path) -> None:
     huge = some_actor()._replace(
         layers=(
-            Layer(np.zeros((48, 700_000), np.float32), np.zeros(700_000, np.float32)),
+            Layer(np.zeros((51, 700_000), np.float32), np.zeros(700_000, np.float32)),
             Layer(np.zeros((700_000, 1), np.float32), np.zeros(1, np.float32)),
         )
     )

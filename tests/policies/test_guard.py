@@ -157,7 +157,7 @@ class Fragile(Guarded):
 
 
 def test_an_answer_that_is_no_number_is_a_stop_in_its_row_alone() -> None:
-    observations = np.zeros((3, 48), np.float32)
+    observations = np.zeros((3, 51), np.float32)
     observations[1, 0] = 0.75
 
     action, state = Fragile().predict(observations, "kept")
@@ -171,7 +171,7 @@ def test_an_observation_of_another_width_need_only_be_finite() -> None:
 
 
 def test_rounding_beyond_the_bounds_is_no_failure() -> None:
-    assert Fragile().predict(np.full(48, -1e-7, np.float32))[0].tolist() == [1.0]
+    assert Fragile().predict(np.full(51, -1e-7, np.float32))[0].tolist() == [1.0]
 
 
 @pytest.mark.parametrize("kind", [*RULES, *NETWORKS])
@@ -184,7 +184,7 @@ def test_rounding_beyond_the_bounds_is_no_failure() -> None:
         "abc",
         {"a": 1},
         [[1.0], [1.0, 2.0]],
-        np.zeros(48, complex),
+        np.zeros(51, complex),
     ],
     ids=["empty", "a number", "None", "text", "dict", "ragged", "complex"],
 )
@@ -201,10 +201,10 @@ def test_starts_that_do_not_fit_the_observations_are_refused_in_a_line(
     kind: str, starts: Any, tmp_path: Path
 ) -> None:
     with refused("episode_start ... booleans of shape (2,)"):
-        made(kind, "tracks", tmp_path).predict(np.zeros((2, 48), np.float32), None, starts)
+        made(kind, "tracks", tmp_path).predict(np.zeros((2, 51), np.float32), None, starts)
 
 
 @pytest.mark.parametrize("kind", [*RULES, *NETWORKS])
 def test_no_observations_are_answered_by_no_actions(kind: str, tmp_path: Path) -> None:
-    action, _ = made(kind, "tracks", tmp_path).predict(np.zeros((0, 48), np.float32))
+    action, _ = made(kind, "tracks", tmp_path).predict(np.zeros((0, 51), np.float32))
     assert (action.shape, action.dtype) == ((0, 1), np.float32)

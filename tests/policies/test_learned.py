@@ -55,8 +55,8 @@ def shipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_a_trained_policy_is_made_from_its_file(form: str, file: Path) -> None:
     policy = policies.make(form.format(file))
     assert isinstance(policy, policies.Policy)
-    one, state = policy.predict(np.zeros(48, np.float32), state="kept")
-    many, _ = policy.predict(np.zeros((3, 48), np.float32))
+    one, state = policy.predict(np.zeros(51, np.float32), state="kept")
+    many, _ = policy.predict(np.zeros((3, 51), np.float32))
     assert (one.tolist(), state) == ([0.25], "kept")
     assert many.tolist() == [[0.25]] * 3
     assert one.dtype == np.float32
@@ -75,7 +75,7 @@ def test_a_path_may_have_any_letters(
 
     policy = policies.make(form.format(f"./{name}/p,q=r.npz"))
 
-    assert policy.predict(np.zeros(48, np.float32))[0].tolist() == [0.25]
+    assert policy.predict(np.zeros(51, np.float32))[0].tolist() == [0.25]
     assert policies.make(spec_of("learned", {"path": tmp_path / name / "p,q=r.npz"}))
 
 
@@ -95,7 +95,7 @@ def test_a_zip_that_no_model_is_in_is_one_line() -> None:
 def test_it_needs_no_torch(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("torch", "stable_baselines3", "sb3_contrib"):
         monkeypatch.setitem(sys.modules, name, None)
-    policies.make(f"learned:{file}").predict(np.zeros(48, np.float32))
+    policies.make(f"learned:{file}").predict(np.zeros(51, np.float32))
 
 
 def test_another_tier_and_drawn_actions_are_refused_in_one_line(file: Path) -> None:
@@ -105,7 +105,7 @@ def test_another_tier_and_drawn_actions_are_refused_in_one_line(file: Path) -> N
     with refused("sensors.ring ... 6 range sensors ... 4"):
         policy.predict(np.zeros(50, np.float32))
     with refused("deterministic ... False"):
-        policy.predict(np.zeros(48, np.float32), deterministic=False)
+        policy.predict(np.zeros(51, np.float32), deterministic=False)
 
 
 @pytest.mark.parametrize(
@@ -140,7 +140,7 @@ def test_a_zip_is_loaded_where_that_is_allowed(
     with refused("tier ... 12"):
         policy.predict(np.zeros(12, np.float32))
     with refused("deterministic ... False"):
-        policy.predict(np.zeros(48, np.float32), deterministic=False)
+        policy.predict(np.zeros(51, np.float32), deterministic=False)
 
 
 @pytest.mark.parametrize("data", ["[" * 100_000, "{}", '{"policy_class": 3}', "\x00"])
@@ -183,13 +183,13 @@ def test_ppo_is_the_shipped_policy_of_the_tier(shipped: Path) -> None:
     save(shipped / "ppo_tracks.npz", "tracks", 0.5)
     save(shipped / "ppo_sonar.npz", "sonar", -0.5)
     policy = policies.make("ppo")
-    assert policy.predict(np.zeros((2, 48), np.float32))[0].tolist() == [[0.5], [0.5]]
+    assert policy.predict(np.zeros((2, 51), np.float32))[0].tolist() == [[0.5], [0.5]]
     assert policy.predict(np.zeros(12, np.float32))[0].tolist() == [-0.5]
 
 
 def test_a_shipped_correction_drives_on_its_base(shipped: Path) -> None:
     save(shipped / "ppo_tracks.npz", "tracks", 0.5, {"base": "constant:0.25", "scale": 0.4})
-    actions, _ = policies.make("ppo").predict(np.zeros((2, 48), np.float32))
+    actions, _ = policies.make("ppo").predict(np.zeros((2, 51), np.float32))
     np.testing.assert_allclose(actions, [[-0.5 + 0.4 * 0.5]] * 2)
 
 

@@ -6,14 +6,13 @@ from typing import Any, Literal
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hazbot_gym.config import Config
 from hazbot_gym.core.state import PERSON, PERSON_RADIUS_M, PRESENT, ROBOT, records
 from hazbot_gym.policies import mpc
 from hazbot_gym.policies.mpc import Mpc
-from hazbot_gym.policies.people_seen import people_seen
 from hazbot_gym.task.observation import LAYOUTS
 from hazbot_gym.task.reward import TERMS, reward_terms
 from hazbot_gym.task.step_record import NEARNESS, STEP, rules_of
@@ -83,8 +82,6 @@ def test_its_first_speed_begins_the_plan_that_the_reward_finds_best(
             plans[levels[0]] = max(value, plans.get(levels[0], -np.inf))
     policy = Mpc(caution=1.0, horizon_s=0.6, nearness=measure)
     seen = observe((x, y, vx, vy), v=0.1 * level, command=0.1 * level)
-    people = people_seen(TRACKS.decode(seen))
-    assume(people.is_there.sum() == 1)  # else the plan is for both signs of the lateral velocity
     first = round(5 * share(policy, seen))
     assert plans[first] == pytest.approx(max(plans.values()), abs=1e-3)
 

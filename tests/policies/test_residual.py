@@ -19,7 +19,7 @@ from tests.refusals import refused, says
 
 def saved(folder: Path, bias: float, residual: dict[str, Any], weight: float = 0.0) -> Path:
     """Write a network of one layer that corrects a base on tracked people."""
-    layer = Layer(np.full((48, 1), weight, np.float32), np.array([bias], np.float32))
+    layer = Layer(np.full((51, 1), weight, np.float32), np.array([bias], np.float32))
     actor, path = Actor((layer,), "tanh", "clipped"), folder / "policy.npz"
     with path.open("wb") as file:
         write(describe(actor, algorithm="PPO", tier="tracks", residual=residual), file)
@@ -67,7 +67,7 @@ def test_it_needs_no_torch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     path = saved(tmp_path, 0.0, {"base": "fuzzy_expert", "scale": 0.5})
     for name in ("torch", "stable_baselines3", "sb3_contrib"):
         monkeypatch.setitem(sys.modules, name, None)
-    policies.make(f"learned:{path}").predict(np.zeros(48, np.float32))
+    policies.make(f"learned:{path}").predict(np.zeros(51, np.float32))
 
 
 @pytest.mark.parametrize("base", ["nobody", "learned:other.zip,allow_pickle=true", "this:s"])

@@ -59,7 +59,7 @@ def controlled(policy: Any, **options: Any) -> SpeedController:
 def a_file(folder: Path, *, tier: str = "sonar", lstm: bool = False, **about: Any) -> Path:
     """Write a small random actor, and return its path."""
     rng = np.random.default_rng(0)
-    width = {"sonar": 12, "tracks": 48}[tier]
+    width = {"sonar": 12, "tracks": 51}[tier]
 
     def layer(inputs: int, outputs: int) -> Layer:
         weight = rng.normal(size=(inputs, outputs)).astype(np.float32)

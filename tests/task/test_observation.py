@@ -123,6 +123,7 @@ def test_persons_fields_come_back_in_their_units() -> None:
         "bearing_sin": math.sin(math.pi / 3.0),
         "bearing_cos": 0.5,
         "speed_mps": 1.5,
+        "across_mps": 1.5 * math.sin(math.pi / 3.0),
         "closing_mps": 1.9 * 0.5,  # of 1.5 + 0.4 m/s
         "time_to_closest_s": 2.0 / 1.9,
         "closest_m": 4.0 * math.sin(math.pi / 3.0),
@@ -132,7 +133,7 @@ def test_persons_fields_come_back_in_their_units() -> None:
         "confronting": 0.0,
     }
     names = tuple(f"person0_{name}" for name in expected)
-    assert LAYOUT.names[12:24] == names
+    assert LAYOUT.names[12:25] == names
     assert tuple(field.name for field in PERSON_FIELDS) == tuple(expected)
     assert [fields[name] for name in names] == pytest.approx([*expected.values()], rel=2e-6)
 
@@ -282,7 +283,7 @@ def test_layout_of_a_ring_of_ones_own_is_asked_for_by_the_ring() -> None:
         layout_of(np.zeros(12), ring)
 
 
-@pytest.mark.parametrize("shape", [(12,), (7, 12), (14,), (48,), (2, 3, 48), (50,), (26,), (3, 62)])
+@pytest.mark.parametrize("shape", [(12,), (7, 12), (14,), (51,), (2, 3, 51), (53,), (26,), (3, 65)])
 def test_layout_is_told_by_the_last_axis(shape: tuple[int, ...]) -> None:
     assert layout_of(np.zeros(shape)).width == shape[-1]
 
@@ -301,9 +302,9 @@ def test_no_two_rings_of_a_config_have_observations_of_one_size_but_other_fields
     assert set(known) == set(KNOWN)
 
 
-@pytest.mark.parametrize("shape", [(), (13,), (48, 1)])
+@pytest.mark.parametrize("shape", [(), (13,), (51, 1)])
 def test_observation_of_another_width_is_refused(shape: tuple[int, ...]) -> None:
-    with refused("12 ... sonar ... 48 ... tracks"):
+    with refused("12 ... sonar ... 51 ... tracks"):
         layout_of(np.zeros(shape))
 
 

@@ -62,7 +62,7 @@ def test_what_is_exported_drives_as_what_was_trained(algorithm: str, tmp_path: P
     config = run(algorithm=algorithm, learning_rate=0.03, final_learning_rate=0.03)
     result = train(config, tmp_path / "run")
     layout, rng = LAYOUTS["tracks"], np.random.default_rng(0)
-    seen = rng.uniform(layout.low, layout.high, (200, 48)).astype(np.float32)
+    seen = rng.uniform(layout.low, layout.high, (200, 51)).astype(np.float32)
     trained = on_its_base(result.model, config.residual.model_dump())  # type: ignore[union-attr]
     action, _ = policies.make(f"learned:{result.policy}").predict(seen)
     assert action == pytest.approx(trained.predict(seen)[0], abs=1e-5)

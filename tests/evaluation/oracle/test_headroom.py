@@ -54,7 +54,7 @@ def test_the_search_ends_no_lower_than_any_policy_it_starts_from() -> None:
 
 def test_commands_are_rounded_to_the_lattice() -> None:
     policy = headroom.OnLattice(headroom.make("constant:0.33"))
-    actions, _ = policy.predict(np.zeros((2, 48), np.float32))
+    actions, _ = policy.predict(np.zeros((2, 51), np.float32))
     np.testing.assert_allclose(actions, 2.0 * 0.3 - 1.0, atol=1e-6)
 
 
