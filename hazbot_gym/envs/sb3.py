@@ -54,7 +54,7 @@ class CorridorVecEnv(VecEnv):
         >>> from hazbot_gym.envs.sb3 import CorridorVecEnv
         >>> envs = CorridorVecEnv(4, seed=0)
         >>> envs.reset().shape
-        (4, 48)
+        (4, 51)
     """
 
     def __init__(

@@ -90,7 +90,7 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         >>> envs = gymnasium.make_vec("hazbot_gym/Corridor-v1", num_envs=4)
         >>> observations, infos = envs.reset(seed=0)
         >>> observations.shape
-        (4, 48)
+        (4, 51)
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012

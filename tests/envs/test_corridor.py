@@ -490,7 +490,7 @@ def test_tiers_differ_in_what_they_show_of_people_and_in_nothing_else() -> None:
         steps = [Step(env.step(FULL)) for _ in range(60)]
         own.append([step.observation[:12].tolist() for step in steps])
         rewards.append([step.reward for step in steps])
-    assert widths == [12, 48, 48]
+    assert widths == [12, 51, 51]
     assert own[0] == own[1] == own[2]
     assert rewards[0] == rewards[1] == rewards[2]
 

@@ -45,7 +45,7 @@ def test_infos_hold_every_number_and_nothing_else(kind: int) -> None:
         if "final_info" in told:
             assert set(info["final_info"]) == NUMBERS
             assert info["final_info"]["time_s"].tolist() == [2.0, 2.0]
-            assert info["final_obs"][0].shape == (48,)
+            assert info["final_obs"][0].shape == (51,)
 
 
 @pytest.mark.parametrize("kind", [0, 1], ids=["native", "sync"])

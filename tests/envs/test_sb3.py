@@ -48,7 +48,7 @@ def test_a_step_returns_what_stable_baselines_expects() -> None:
     assert envs.observation_space.contains(envs.reset()[0])
     for action in actions():
         observations, rewards, dones, infos = envs.step(action)
-        assert observations.shape == (WORLDS, 48)
+        assert observations.shape == (WORLDS, 51)
         assert observations.dtype == rewards.dtype == np.float32
         assert dones.dtype == np.bool_
         assert isinstance(infos, list)
@@ -162,7 +162,7 @@ def test_ppo_adds_the_value_of_the_last_observation_where_time_ran_out_only() ->
         seed=0,
         device="cpu",
     )
-    value = np.arange(48.0)
+    value = np.arange(51.0)
     weights = model.policy.obs_to_tensor(value)[0].flatten()
     model.policy.predict_values = lambda seen: (seen.double() @ weights.double()).reshape(-1, 1)
     told = Rewards()

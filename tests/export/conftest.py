@@ -14,6 +14,7 @@ from hazbot_gym.policies.actor import Actor, Normalisation
 from hazbot_gym.policies.actor_file import describe, write
 from hazbot_gym.policies.layer import Layer
 from hazbot_gym.policies.lstm import Lstm
+from hazbot_gym.task.observation import LAYOUTS
 
 
 @pytest.fixture
@@ -25,7 +26,7 @@ def spec_of(tmp_path: Path) -> Callable[..., str]:
         lstm: int = 0, normalised: bool = False, residual: Any = None,
     ) -> str:  # fmt: skip
         rng = np.random.default_rng(7)
-        width = {"sonar": 12, "tracks": 48}[tier]
+        width = LAYOUTS[tier].width
 
         def layer(inputs: int, outputs: int) -> Layer:
             weight = rng.normal(size=(inputs, outputs)) / np.sqrt(inputs)

@@ -29,7 +29,7 @@ def test_what_cannot_be_exported_is_refused(spec: str, tier: str | None, said: s
 def test_a_trained_policy_has_its_own_tier(spec_of: Callable[..., str]) -> None:
     spec = spec_of(tier="sonar")
     assert plan_of(spec).layout.width == 12
-    with refused("tier ... 48 ... sonar ... 12"):
+    with refused("tier ... 51 ... sonar ... 12"):
         plan_of(spec, "tracks")
 
 

@@ -103,7 +103,7 @@ def test_another_tier_and_drawn_actions_are_refused_in_one_line(file: Path) -> N
     with refused("tier ... 12 ... tracks"):
         policy.predict(np.zeros(12, np.float32))
     with refused("sensors.ring ... 6 range sensors ... 4"):
-        policy.predict(np.zeros(50, np.float32))
+        policy.predict(np.zeros(53, np.float32))
     with refused("deterministic ... False"):
         policy.predict(np.zeros(51, np.float32), deterministic=False)
 

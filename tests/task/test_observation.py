@@ -276,7 +276,7 @@ def test_each_sensor_of_a_ring_adds_a_range_and_moves_the_rest() -> None:
 def test_layout_of_a_ring_of_ones_own_is_asked_for_by_the_ring() -> None:
     ring = RangeSensor("ahead", 0.0), RangeSensor("behind", 3.0)
 
-    sonar, tracks = layout_of(np.zeros(10), ring), layout_of(np.zeros(46), ring)
+    sonar, tracks = layout_of(np.zeros(10), ring), layout_of(np.zeros(49), ring)
     assert sonar.names == ("range_ahead_m", "range_behind_m", *LAYOUT.names[4:12])
     assert tracks.names[2:] == LAYOUT.names[4:]
     with refused("12 ... allowed ... 10 ... sonar ... 2"):

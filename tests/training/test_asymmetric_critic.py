@@ -29,7 +29,7 @@ def test_observations_end_with_the_time_left() -> None:
             assert observations[:, -1] == pytest.approx(1.0 - step / 20)
     assert dones.all()
     assert (observations[:, -1] == 1.0).all()
-    assert infos[0]["terminal_observation"].shape == (49,)
+    assert infos[0]["terminal_observation"].shape == (52,)
     assert infos[0]["terminal_observation"][-1] == 0.0
 
 
@@ -55,5 +55,5 @@ def test_the_policy_answers_and_is_exported_without_it() -> None:
     without, _ = model.predict(observations[:, :-1], deterministic=True)
     assert np.array_equal(whole, without)
     actor = actor_of(model)
-    assert actor.width == 48
+    assert actor.width == 51
     assert actor.act(observations[:, :-1])[0] == pytest.approx(whole, abs=1e-5)
