@@ -1,4 +1,4 @@
-"""Commands of one policy: ``train``, ``eval``, ``watch``."""
+"""Commands of one policy: ``train``, ``eval``, ``dataset``, ``watch``, ``export``."""
 
 from __future__ import annotations
 
@@ -99,6 +99,38 @@ def evaluate(
         terminal.output_console().print(
             terminal_tables.set_table(scenario or env, {policy: result})
         )
+
+
+@app.command()
+def dataset(
+    policy: PolicySpec,
+    out: Annotated[Path, typer.Option(help="New folder; its name is the data set's id.")],
+    env: EnvId = CORRIDOR,
+    episodes: Annotated[int, typer.Option(help="Number of episodes.")] = 100,
+    seed: Annotated[int, typer.Option(help="Root of all seeds, as in eval.")] = 0,
+    scenario: ScenarioName = None,
+    change: Changes = None,
+    allow_pickle: AllowPickle = False,
+) -> None:
+    """Write a policy's episodes as a Minari data set for offline learning."""
+    from hazbot_gym.evaluation import minari_dataset
+
+    with terminal.progress_bar(terminal.progress_console()) as progress:
+        task = progress.add_task("episodes", total=episodes)
+        written = minari_dataset.write_dataset(
+            policy,
+            env,
+            out,
+            episodes=episodes,
+            seed=seed,
+            overrides=overrides_of(change, scenario),
+            allow_pickle=allow_pickle,
+            on_progress=lambda: progress.advance(task),
+        )
+    console = terminal.output_console()
+    console.print(f"{written.episodes} episodes, {written.decisions} decisions")
+    console.print(f"mean return {written.mean_return:.1f}")
+    console.print(f"Saved: {out}", soft_wrap=True)
 
 
 @app.command()

@@ -80,6 +80,10 @@ REGISTER = {
         "hazbot_gym.policies.constant:Constant",
         "constant speed; fraction=0..1 of nominal",
     ),
+    "random": Entry(
+        "hazbot_gym.policies.random_speed:RandomSpeed",
+        "a speed drawn uniformly for each decision; seed=",
+    ),
     "stop_on_sight": Entry(
         "hazbot_gym.policies.stop_on_sight:StopOnSight",
         "stops if an ultrasonic sensor in front reads less than stop_m=, until resume_m=",
