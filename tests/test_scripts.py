@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from hazbot_gym.utils.files import read_json
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -78,6 +80,28 @@ def test_sac_is_trained_by_hand_and_exported(tmp_path: Path) -> None:
     text = run("train/train_sac.py", "--steps", "120", "--worlds", "2", folder=tmp_path)
     assert "results/train_sac/policy.npz" in text
     assert (tmp_path / "results" / "train_sac" / "policy.md").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["bc", "td3_bc"])
+def test_a_policy_is_trained_from_a_data_set(method: str, tmp_path: Path) -> None:
+    pytest.importorskip("minari")
+    if method == "td3_bc":
+        pytest.importorskip("d3rlpy")
+    from hazbot_gym.evaluation.minari_dataset import write_dataset
+
+    horizon = {"max_episode_steps": 40}
+    write_dataset(
+        "constant:0.5", "Crossing-v1", tmp_path / "half-v0", episodes=8, overrides=horizon
+    )
+
+    limits = ["--epochs", "200", "--updates", "20", "--episodes", "2", "--json", "found.json"]
+    run("train/offline.py", "half-v0", "--method", method, *limits, folder=tmp_path)
+
+    found = read_json(tmp_path / "found.json")
+    assert found["decisions"] == 8 * 40
+    if method == "bc":
+        assert found["trained"]["return"] == pytest.approx(found["recorded"]["return"], abs=0.5)
 
 
 @pytest.mark.slow
