@@ -194,7 +194,8 @@ def _check_folder(out: Path) -> None:
 @contextmanager
 def _filled(out: Path) -> Iterator[Path]:
     """Context manager: a temporary folder beside ``out``, renamed to it if all goes well."""
-    beside = out.with_name(f".{out.name}.{secrets.token_hex(4)}.tmp")
+    # Minari joins relative folders with themselves when it adds up the files' sizes.
+    beside = out.absolute().with_name(f".{out.name}.{secrets.token_hex(4)}.tmp")
     beside.mkdir(parents=True)
     try:
         yield beside

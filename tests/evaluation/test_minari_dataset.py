@@ -65,9 +65,12 @@ def test_recovered_environment_replays_the_rewards_to_the_bit(
         )
 
 
-def test_episodes_are_those_of_evaluate_with_every_info(write_dataset: Any, tmp_path: Path) -> None:
+def test_episodes_are_those_of_evaluate_with_every_info(
+    write_dataset: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # relative folders work
     written = write_dataset(
-        "idm", "Crossing-v1", tmp_path / "rule-v0", episodes=3, seed=5, overrides=SHORT
+        "idm", "Crossing-v1", Path("rule-v0"), episodes=3, seed=5, overrides=SHORT
     )
     rows = evaluate("idm", "Crossing-v1", episodes=3, seed=5, overrides=SHORT, engine="pymunk")
 
