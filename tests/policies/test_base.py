@@ -73,7 +73,7 @@ def test_policy_of_one_s_own_is_an_object_or_what_makes_one(spec: str) -> None:
     [
         (
             "nobody",
-            "'nobody' ... constant, stop_on_sight, stop_when_near, ssm, ttc",
+            "'nobody' ... constant, random, stop_on_sight, stop_when_near, ssm",
         ),
         ("", "'' ... constant"),
         (":x", "':x'"),
