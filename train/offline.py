@@ -58,7 +58,10 @@ def td3_bc() -> Actor:
     import d3rlpy
 
     d3rlpy.seed(arguments.seed)
-    recorded = d3rlpy.dataset.MDPDataset(observations, actions, rewards, terminations, truncations)
+    recorded = d3rlpy.dataset.MDPDataset(
+        observations, actions, rewards, terminations, truncations,
+        action_space=d3rlpy.ActionSpace.CONTINUOUS,
+    )  # fmt: skip
     config = d3rlpy.algos.TD3PlusBCConfig(
         gamma=0.998, reward_scaler=d3rlpy.preprocessing.StandardRewardScaler()
     )
