@@ -33,6 +33,9 @@ parser.add_argument("--out", type=Path, default=Path("results/offline/policy.npz
 parser.add_argument("--json", type=Path, help="also write the comparison to this file")
 arguments = parser.parse_args()
 
+HIDDEN = [96, 96]  # units of the hidden layers
+torch.set_num_threads(1)  # the networks are too small to share among cores
+
 dataset = minari.MinariDataset(str(arguments.dataset / "data"))
 env = dataset.recover_environment()
 episodes = list(dataset)
@@ -45,11 +48,11 @@ actions, rewards, terminations, truncations = (
 
 def behaviour_cloning() -> Actor:
     """Fit an actor to the recorded actions by least squares."""
-    network = {"net_arch": [96, 96], "activation_fn": torch.nn.ReLU}
+    network = {"net_arch": HIDDEN, "activation_fn": torch.nn.ReLU}
     model = PPO("MlpPolicy", env, policy_kwargs=network, seed=arguments.seed, device="cpu")
-    lessons = Demonstrations(torch.as_tensor(observations), torch.as_tensor(actions))
+    demonstrations = Demonstrations(torch.as_tensor(observations), torch.as_tensor(actions))
     settings = Imitation(epochs=arguments.epochs, batch_size=min(256, len(actions)))
-    learn(model.policy, lessons, settings, torch.Generator().manual_seed(arguments.seed))
+    learn(model.policy, demonstrations, settings, torch.Generator().manual_seed(arguments.seed))
     return actor_of(model)
 
 
@@ -62,8 +65,12 @@ def td3_bc() -> Actor:
         observations, actions, rewards, terminations, truncations,
         action_space=d3rlpy.ActionSpace.CONTINUOUS,
     )  # fmt: skip
+    network = d3rlpy.models.VectorEncoderFactory(hidden_units=HIDDEN)
     config = d3rlpy.algos.TD3PlusBCConfig(
-        gamma=0.998, reward_scaler=d3rlpy.preprocessing.StandardRewardScaler()
+        gamma=0.998,
+        reward_scaler=d3rlpy.preprocessing.StandardRewardScaler(),
+        actor_encoder_factory=network,
+        critic_encoder_factory=network,
     )
     algorithm = config.create(device="cpu")
     algorithm.fit(
