@@ -13,10 +13,11 @@ import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple, SupportsFloat
 
 import gymnasium
 import numpy as np
+import numpy.typing as npt
 
 from hazbot_gym import __version__
 from hazbot_gym.envs.arguments import Environment, Info
@@ -31,6 +32,7 @@ from hazbot_gym.evaluation.rollout import (
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.policies.base import Permissions
 from hazbot_gym.policies.base import make as make_policy
+from hazbot_gym.policies.guard import Observations
 from hazbot_gym.utils.files import check_writable
 from hazbot_gym.utils.json_object import JsonObject
 
@@ -99,18 +101,20 @@ def write_dataset(
     return Written(episodes, decisions, float(np.mean(returns)))
 
 
-class _Recorder(gymnasium.Wrapper[Any, Any, Any, Any]):
+class _Recorder(gymnasium.Wrapper[Observations, object, Observations, object]):
     """Environment wrapper that records the current episode."""
 
-    def reset(self, **options: Any) -> tuple[Any, Info]:
+    def reset(
+        self, *, seed: int | None = None, options: Info | None = None
+    ) -> tuple[Observations, Info]:
         """Reset, and begin a record."""
-        observation, info = self.env.reset(**options)
+        observation, info = self.env.reset(seed=seed, options=options)
         self._seen, self._infos = [observation], [info]
-        self._actions: list[Any] = []
+        self._actions: list[npt.NDArray[np.generic]] = []
         self._steps: list[tuple[float, bool, bool]] = []
         return observation, info
 
-    def step(self, action: object) -> tuple[Any, Any, bool, bool, Info]:
+    def step(self, action: object) -> tuple[Observations, SupportsFloat, bool, bool, Info]:
         """Take the action in the precision of the action space, which is that of the record."""
         taken = np.asarray(action, self.action_space.dtype)
         observation, reward, terminated, truncated, info = self.env.step(taken)
