@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: study study-full paper test check bench docs cluster setup
+.PHONY: study study-full paper test check bench docs cluster release-check setup
 .DEFAULT_GOAL := study
 
 study: setup  ## run the main job; options in ARGS, e.g. make study ARGS="--tracks DIR"
@@ -36,6 +36,9 @@ cluster:  ## run the tests on a real Ray cluster, in a .venv-cluster: RLlib asks
 	@.venv-cluster/bin/pip install -qq -c .venv-cluster/constraints.txt torch
 	@.venv-cluster/bin/pip install -qq -c .venv-cluster/constraints.txt -e ".[study,train,cluster]" "ray[rllib]" pytest hypothesis
 	.venv-cluster/bin/python -m pytest -v -s -m slow -k "cluster or rllib" tests/evaluation/test_ray_cluster.py tests/test_scripts.py $(ARGS)
+
+release-check:  ## build wheel and sdist, check them, and use them in clean environments (minutes)
+	$(PYTHON) .ci/release_check.py $(ARGS)
 
 setup: $(READY)
 

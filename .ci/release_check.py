@@ -1,0 +1,158 @@
+"""Release check: wheel and sdist are built, checked, and used in clean environments.
+
+It needs nothing but Python with ``venv``; its environments lie in ``.venv-release``.
+
+    make release-check                                      # everything (minutes)
+    make release-check ARGS="extras"                        # one of the checks
+    make release-check ARGS="readme --python python3.12"    # with another interpreter
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import tomllib
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+HOME, DIST = ROOT / ".venv-release", ROOT / "dist"
+BIN, CLEAN = HOME / "tools" / "bin", HOME / "clean"
+TOOLS = ("build", "twine", "check-wheel-contents", "validate-pyproject[all]", "uv")
+# Old packages warn of each other.
+TESTS = ("-m", "pytest", "-q", "-m", "not slow and not long", "-W", "ignore::DeprecationWarning")
+
+TRAIN = """
+from hazbot_gym import load_training, train
+options = {"n_steps": 16}
+train(load_training(algorithm="ppo", steps=256, worlds=4, options=options), out="trained")
+"""
+FUZZY = """
+from hazbot_gym.policies.fuzzy_expert import FuzzyExpert
+from hazbot_gym.policies.fuzzy_system import control_system
+control_system(FuzzyExpert(), points=61)
+"""
+WALLS = """
+from pathlib import Path
+from hazbot_gym.task.wall_files import read_walls
+Path("walls.wkt").write_text("LINESTRING (0 1, 9 1)")
+read_walls(Path("walls.wkt"))
+"""
+# What each extra is for, used in an environment that has nothing but this extra.
+USES: dict[str, tuple[tuple[str, ...], ...]] = {
+    "": (("hazbot", "list"), ("hazbot", "eval", "--episodes", "2")),
+    "train": (("python", "-c", TRAIN),),
+    "fuzzy": (("python", "-c", FUZZY),),
+    "render": (("hazbot", "watch", "--save", "frame.png", "--at", "1"),),
+    "tracks": (("python", "-c", "import hazbot_gym.task.track_files, h5py, shapely"),),
+    "places": (("python", "-c", WALLS),),
+    "study": (("hazbot", "study", "--episodes", "2", "--out", "study"),),
+    "export": (("hazbot", "export", "--policy", "ppo", "--format", "onnx", "--out", "there"),),
+    "cluster": (("python", "-c", "import hazbot_gym.evaluation.ray_cluster"),),
+}
+
+
+def main() -> None:
+    """Run the checks that are asked for, all by default."""
+    checks = {f.__name__: f for f in (metadata, sdist, readme, extras, lowest)}
+    parser = argparse.ArgumentParser(description="Release check.")
+    parser.add_argument("checks", nargs="*", help=f"any of {', '.join(checks)}; default all")
+    parser.add_argument("--python", default=sys.executable, help="of the clean environments")
+    given = parser.parse_args()
+    if unknown := set(given.checks) - set(checks):
+        parser.error(f"given {', '.join(unknown)}, allowed are {', '.join(checks)}")
+    build()
+    for name in given.checks or checks:
+        print(f"== {name}", flush=True)
+        checks[name](given.python)
+    print("release check: passed")
+
+
+def build() -> None:
+    """Build the sdist, and from it the wheel."""
+    shutil.rmtree(DIST, ignore_errors=True)
+    if not (BIN / "uv").exists():
+        run(sys.executable, "-m", "venv", HOME / "tools")
+        run(BIN / "pip", "install", "--quiet", *TOOLS)
+    run(BIN / "python", "-m", "build", "--outdir", DIST, ROOT)
+
+
+def metadata(_: str) -> None:
+    """Check pyproject.toml, and the metadata and contents of both files."""
+    run(BIN / "validate-pyproject", ROOT / "pyproject.toml")
+    run(BIN / "twine", "check", "--strict", *DIST.iterdir())
+    run(BIN / "check-wheel-contents", wheel())
+
+
+def sdist(python: str) -> None:
+    """Install from the sdist, without extras, and run an episode."""
+    (source,) = DIST.glob("*.tar.gz")
+    install(python, source)
+    use(*USES[""][1])
+
+
+def readme(python: str) -> None:
+    """Run the README's Python snippets on the wheel with the extra ``all``."""
+    install(python, f"{wheel()}[all]", "pytest", "hypothesis")
+    snippets = ROOT / "tests" / "docs" / "test_snippets.py"
+    use("python", "-m", "pytest", "-q", "-c", ROOT / "pyproject.toml", snippets, "-k", "README")
+
+
+def extras(python: str) -> None:
+    """Use each extra where nothing else is installed."""
+    with (ROOT / "pyproject.toml").open("rb") as file:
+        declared = set(tomllib.load(file)["project"]["optional-dependencies"])
+    if unused := declared - {*USES, "all", "docs", "dev"}:
+        sys.exit(f"extras without a use in {__file__}: {', '.join(unused)}")
+    for extra, commands in USES.items():
+        install(python, f"{wheel()}[{extra}]" if extra else wheel())
+        for command in commands:
+            use(*command)
+
+
+def lowest(python: str) -> None:
+    """Run the fast tests with the lowest versions of all that pyproject.toml declares."""
+    versions = (ROOT / "constraints.txt").read_text().splitlines()
+    torch = next(line for line in versions if line.startswith("torch=="))
+    tools = "pytest>=8", "hypothesis>=6.100"
+    lowest_versions = "--resolution", "lowest-direct"
+    install(python, f"{wheel()}[all]", torch, *tools, *lowest_versions, constraints="/dev/null")
+    use("python", *TESTS, "-c", ROOT / "pyproject.toml", ROOT / "tests")
+
+
+def wheel() -> Path:
+    """Return the wheel."""
+    (found,) = DIST.glob("*.whl")
+    return found
+
+
+def install(python: str, *wanted: str | Path, constraints: str = "constraints.txt") -> None:
+    """Make the clean environment anew, with some requirements."""
+    uv = BIN / "uv"
+    run(uv, "venv", "--quiet", "--clear", "--python", python, CLEAN)
+    run(uv, "pip", "install", "--quiet", "--python", CLEAN, "--constraints", constraints, *wanted)
+
+
+def use(program: str, *arguments: str | Path) -> None:
+    """Run a program of the clean environment, in an empty folder."""
+    with tempfile.TemporaryDirectory() as folder:
+        run(CLEAN / "bin" / program, *arguments, folder=Path(folder))
+
+
+def run(*command: str | Path, folder: Path = ROOT) -> None:
+    """Run a command without the checkout on the module path; end with its message if it fails."""
+    print("+", *(str(part).strip().replace("\n", "; ") for part in command), flush=True)
+    clean = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    clean["NUMBA_CACHE_DIR"] = str(HOME / "numba")  # what is compiled serves all the environments
+    if links := os.environ.get("PIP_FIND_LINKS"):
+        clean.setdefault("UV_FIND_LINKS", links)
+    done = subprocess.run([str(part) for part in command], cwd=folder, env=clean, check=False)
+    if done.returncode:
+        sys.exit(f"release check: failed with {done.returncode}")
+
+
+if __name__ == "__main__":
+    main()
