@@ -15,7 +15,7 @@ from hazbot_gym.core.kinematics import Chassis
 from hazbot_gym.core.line_sensor import LineSensor
 from hazbot_gym.core.own_terms import check_terms
 from hazbot_gym.core.own_walking import check_model
-from hazbot_gym.core.pid import PidGains, Plant
+from hazbot_gym.core.pid import PLANTS, PidGains, Plant, top_speed
 from hazbot_gym.core.sensor_ring import (
     RangeSensor,
     check_ring,
@@ -30,6 +30,7 @@ from hazbot_gym.core.social_force import (
     Reaction,
     SocialForce,
 )
+from hazbot_gym.core.state import FASTEST_NOMINAL_MPS
 from hazbot_gym.core.tracking import TrackingGains
 from hazbot_gym.core.ultrasonic import Ultrasonic
 from hazbot_gym.utils.json_object import JsonObject
@@ -43,6 +44,7 @@ MOST_PHYSICS_STEPS = 1000  # of a decision
 Count = Annotated[int, Ge(0), Le(MOST_PEOPLE)]
 Weight = Annotated[float, Ge(0)]
 Positive = Annotated[float, Gt(0)]
+NominalSpeed = Annotated[float, Gt(0), Le(FASTEST_NOMINAL_MPS)]
 Draught = Annotated[float, Gt(0), Le(10)]
 Weights = Annotated[tuple[Weight, Weight, Weight, Weight], Loose]
 Reactions = Annotated[tuple[Reaction, Reaction, Reaction, Reaction], Loose]
@@ -83,8 +85,7 @@ class Clock(Section):
 class Drive(Section):
     """Drive: slew limits, tracking law and wheel loops (the paper's lower layers)."""
 
-    # v_nom, action +1 (paper); observed speeds end at 1 m/s, contacts are looked for up to 2 m/s
-    nominal_speed_mps: Annotated[float, Gt(0), Le(1)] = 0.5
+    nominal_speed_mps: NominalSpeed = 0.5  # v_nom, action +1 (paper)
     start_speed_mps: Annotated[float, Ge(0)] = 0.0  # of robot and reference at reset
     acceleration_mps2: Annotated[float, Gt(0)] = 0.5  # slew limit of the command
     deceleration_mps2: Annotated[float, Gt(0)] = 1.0
@@ -107,6 +108,17 @@ class Drive(Section):
             raise ValueError(
                 f"start_speed_mps = {self.start_speed_mps} is above nominal_speed_mps = "
                 f"{self.nominal_speed_mps}"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _motors_reach_nominal(self) -> Drive:
+        plant = PLANTS[self.plant] if isinstance(self.plant, str) else self.plant
+        top_mps = self.chassis.r * top_speed(plant)
+        if self.wheel_loop != "ideal" and self.nominal_speed_mps > top_mps:
+            raise ValueError(
+                f"nominal_speed_mps: given {self.nominal_speed_mps}, allowed is at most "
+                f"{top_mps:.3g}, the speed of the weaker motor at plant.u_max"
             )
         return self
 

@@ -19,6 +19,8 @@ Records = npt.NDArray[np.void]
 # --- bodies (the robot's mass: paper) ------------------------------------------------------------
 
 ROBOT_RADIUS_M, ROBOT_MASS_KG = 0.30, 34.0
+FASTEST_NOMINAL_MPS = 2.0  # largest nominal speed that a config may have
+TOP_SPEED_MPS = 2.5  # bound of the robot's speed, with the overshoot of its wheel loops
 PERSON_RADIUS_M, PERSON_MASS_KG = 0.20, 80.0  # mass: Helbing, Farkas and Vicsek 2000
 
 # --- the robot -----------------------------------------------------------------------------------

@@ -31,6 +31,7 @@ from hazbot_gym.evaluation.episode import (
 )
 from hazbot_gym.evaluation.without_robot import walked_alone
 from hazbot_gym.policies.base import Policy
+from hazbot_gym.policies.made_for import check_made_for
 from hazbot_gym.policies.own_policy import OwnPolicy
 from hazbot_gym.task.reward import terms_of
 
@@ -79,6 +80,7 @@ def try_out(config: Config, policies: Mapping[str, Policy]) -> None:
     worlds = CorridorVectorEnv(2, config)
     assert worlds.observation_space.shape is not None
     for name, policy in policies.items():
+        check_made_for(policy, config, name)
         _try_policy(policy, name, np.zeros(worlds.observation_space.shape, np.float32))
     worlds.reset(seed=0)
     worlds.step(np.zeros_like(worlds.action_space.sample()))

@@ -33,6 +33,7 @@ from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.evaluation.without_robot import walked_alone
 from hazbot_gym.policies.base import NO_CODE, Permissions, Policy
 from hazbot_gym.policies.base import make as make_policy
+from hazbot_gym.policies.made_for import check_made_for
 from hazbot_gym.sim.world import Snapshot
 from hazbot_gym.utils import processors
 from hazbot_gym.utils.whole_number import whole_number
@@ -132,11 +133,13 @@ def try_out(
         batch_rollout.try_out(config, made)
         return config
     env = make_env(scenarios)
+    config = cast(CorridorEnv, env.unwrapped).config
     observation, _ = env.reset(seed=0)
-    for policy in made.values():
+    for name, policy in made.items():
+        check_made_for(policy, config, name)
         action, _ = ask(policy, observation)
     env.step(playable(action, env.action_space))
-    return cast(CorridorEnv, env.unwrapped).config
+    return config
 
 
 def run_shard(shard: Shard, threads: int = 1) -> list[Row]:
@@ -175,16 +178,18 @@ def run_episode(env: Environment, policy: Policy, seed: int) -> tuple[Episode, R
     """Run one episode and return its record, and the labels of its scenario.
 
     Raises:
-        InvalidInput: One of the arguments has another type.
+        InvalidInput: One of the arguments has another type, or the policy is made for another
+            nominal speed or decision period.
     """
     if not hasattr(getattr(env, "unwrapped", None), "snapshot"):
         raise InvalidInput(f"env: given {env!r}, allowed is gymnasium.make of a hazbot_gym id")
     if isinstance(policy, type) or not isinstance(policy, Policy):
         raise InvalidInput(f"policy: given {policy!r}, allowed is an object with predict")
     whole_number(seed, "seed", 0)
+    corridor = cast(CorridorEnv, env.unwrapped)
+    check_made_for(policy, corridor.config)
     observation, start = env.reset(seed=int(seed))
     state, episode_start = None, np.array([True])
-    corridor = cast(CorridorEnv, env.unwrapped)
     snapshots, steps = [corridor.snapshot()], []
     done = False
     while not done:

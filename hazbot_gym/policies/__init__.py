@@ -16,6 +16,7 @@
   the paper; ``fuzzy_system``: the same in scikit-fuzzy; ``person_columns``: columns for kernels
 - ``learned``: trained policies, from files; ``actor`` computes them with ``layer`` and ``lstm``,
   ``actor_file`` stores them, ``residual`` adds them to a rule
+- ``made_for``: the nominal speed and decision period that a policy is made for
 - ``shielded``: any policy, at most as fast as a rule permits
 - ``sweeps``: the sweep parameter of each family; ``tuning_spaces``: tuning spaces
 """

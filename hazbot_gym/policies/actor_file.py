@@ -164,7 +164,7 @@ def check(about: JsonObject, path: Path) -> None:
     stored = about["observation"]
     own = observation_table(_layout(about["tier"], len(stored)))
     for i, (theirs, ours) in enumerate(zip(stored, own, strict=False)):
-        if theirs != ours:
+        if not _reads_as(theirs, ours):
             raise InvalidInput(
                 f"policy: {str(path)!r} was trained on another observation: entry {i} was "
                 f"{_field(theirs)}, now it is {_field(ours)}"
@@ -174,6 +174,12 @@ def check(about: JsonObject, path: Path) -> None:
             f"policy: {str(path)!r} was trained on another observation: it had {len(stored)} "
             f"entries, now it has {len(own)}"
         )
+
+
+def _reads_as(theirs: JsonObject, ours: JsonObject) -> bool:
+    """Return True if a field is the same, or the same with wider bounds, which clip less."""
+    is_within = ours["low"] <= theirs["low"] and theirs["high"] <= ours["high"]
+    return is_within and {**theirs, "low": 0, "high": 0} == {**ours, "low": 0, "high": 0}
 
 
 def _field(field: JsonObject) -> str:

@@ -46,12 +46,13 @@ class GasRule(PeopleRule):
         seen = layout.decode(observation)
         is_slow = self.inspects(seen) & (seen["gas_alarmed"] < 0.5)
         share = np.where(is_slow, self.slow, 1.0)
-        if self._people_rule is None:
+        if self.people_rule is None:
             return share
-        return np.minimum(share, self._people_rule.speed_share(observation))
+        return np.minimum(share, self.people_rule.speed_share(observation))
 
     @cached_property
-    def _people_rule(self) -> PeopleRule | None:
+    def people_rule(self) -> PeopleRule | None:
+        """Return the rule about people, if any."""
         if self.people == "none":
             return None
         rule: PeopleRule = factory_of(self.people)()

@@ -33,25 +33,27 @@ class Shielded(Guarded):
     allow_code: bool = True
 
     def __post_init__(self) -> None:
-        if not isinstance(self._rule, PeopleRule):
+        if not isinstance(self.rule, PeopleRule):
             raise InvalidInput(
                 f"by: given {self.by!r}, allowed are rules about people, such as passive_safety"
             )
-        self._policy  # noqa: B018  (a policy that cannot be made is refused here)
+        self.policy_inside  # noqa: B018  (a policy that cannot be made is refused here)
 
     def act(
         self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
     ) -> tuple[Actions, object]:
         """Return the slower of both actions, and both states; see ``Guarded.act``."""
         own, its = (None, None) if state is None else state
-        wanted, own = unguarded(self._policy, observation, own, starts, deterministic)
-        permitted, its = unguarded(self._rule, observation, its, starts, deterministic)
+        wanted, own = unguarded(self.policy_inside, observation, own, starts, deterministic)
+        permitted, its = unguarded(self.rule, observation, its, starts, deterministic)
         return np.minimum(wanted, permitted), (own, its)
 
     @cached_property
-    def _policy(self) -> Policy:
+    def policy_inside(self) -> Policy:
+        """Return the policy that is shielded."""
         return make(self.policy, allow_pickle=self.allow_pickle, allow_code=self.allow_code)
 
     @cached_property
-    def _rule(self) -> Policy:
+    def rule(self) -> Policy:
+        """Return the rule that limits its speed."""
         return make(self.by, allow_code=False)

@@ -14,8 +14,7 @@ from hazbot_gym.core.ultrasonic import Ultrasonic
 from hazbot_gym.errors import HazbotError, InvalidInput
 from hazbot_gym.policies.base import Policy, make
 from hazbot_gym.policies.guard import Actions, Observations
-from hazbot_gym.policies.learned import FromFile, TrainedActor
-from hazbot_gym.policies.residual import Residual
+from hazbot_gym.policies.made_for import SPEED, needs_of, parts_of, training_config
 from hazbot_gym.runtime.people import Encounters, Given, Person
 from hazbot_gym.runtime.readings import (
     Readings,
@@ -167,7 +166,7 @@ class SpeedController:
             **{f"gas_reading_{k + 1}s": reading for k, reading in enumerate(gas_history)},
         }
         late = self._late(age_s)
-        found = late or checked(self.layout, ranges_m, people, fields)
+        found = late or checked(self.layout, ranges_m, people, fields, self.robot.nominal_speed_mps)
         answer = found if isinstance(found, Stop) else self._ask(found)
         self._stop = answer if isinstance(answer, Stop) else None
         self._command_mps = 0.0 if isinstance(answer, Stop) else answer
@@ -263,38 +262,27 @@ def robot_for(policy: Policy, layout: Layout) -> Robot:
     Raises:
         InvalidInput: No policy is known for the layout.
     """
-    if isinstance(policy, FromFile):
-        policy = policy.policy_for(np.zeros(layout.width, np.float32))
-    if isinstance(policy, Residual):
-        policy = policy.network
-    if isinstance(policy, TrainedActor):
-        return trained_robot(policy.about, layout)
+    parts = list(parts_of(policy, layout))
+    for config in map(training_config, parts):
+        if config is not None:
+            return trained_robot(config)
     ring = KNOWN[layout.width].sensors if layout.width in KNOWN else layout.sensors
-    nominal_mps = getattr(policy, "nominal_mps", None)
+    needs = [each for each in map(needs_of, parts) if SPEED in each]
     return simulated_robot(
-        ring, **({} if nominal_mps is None else {"nominal_speed_mps": nominal_mps})
+        ring, nominal_speed_mps=needs[0][SPEED] if needs else Robot().nominal_speed_mps
     )
 
 
-def trained_robot(about: JsonObject, layout: Layout) -> Robot:
-    """Return the robot of the environments in which a policy was trained.
-
-    Args:
-        about: The policy's description (``policies/actor_file.py``); without environments it is
-            the robot of the simulator's defaults.
-        layout: Layout of the observations.
-    """
-    environments = about.get("training", {}).get("environments", {})
-    for config in environments.values():  # a training has one robot in all of them
-        drive, sensors = config["drive"], config["sensors"]
-        ring: Any = sensors["ring"]
-        if not isinstance(ring, str):
-            ring = tuple(RangeSensor(*each) for each in ring)
-        return simulated_robot(
-            ring,
-            Ultrasonic(*sensors["ultrasonic"]),
-            nominal_speed_mps=drive["nominal_speed_mps"],
-            decision_period_s=config["clock"]["decision_s"],
-            deceleration_mps2=drive["deceleration_mps2"],
-        )
-    return simulated_robot(layout.sensors)
+def trained_robot(config: JsonObject) -> Robot:
+    """Return the robot of an environment in which a policy was trained, from its config."""
+    drive, sensors = config["drive"], config["sensors"]
+    ring: Any = sensors["ring"]
+    if not isinstance(ring, str):
+        ring = tuple(RangeSensor(*each) for each in ring)
+    return simulated_robot(
+        ring,
+        Ultrasonic(*sensors["ultrasonic"]),
+        nominal_speed_mps=drive["nominal_speed_mps"],
+        decision_period_s=config["clock"]["decision_s"],
+        deceleration_mps2=drive["deceleration_mps2"],
+    )

@@ -18,12 +18,7 @@ from hazbot_gym.task.observation import (
 
 Cause = Literal["no readings", "stale", "missing", "not finite", "impossible", "policy"]
 
-# Possible values; others come from a broken sensor or from other units. Tracking errors may be
-# larger than an observation can say: they are clipped, as in the simulator.
-_POSSIBLE = {field.name: (field.low, field.high) for field in ROBOT_FIELDS} | {
-    "theta_e_rad": (-math.pi, math.pi),
-    "gas_alarmed": (0.0, 1.0),
-}
+TOO_FAST = 2.0  # times the nominal speed; no drive overshoots that much
 FASTEST_MPS = 10.0  # nobody runs faster
 
 
@@ -59,6 +54,7 @@ def checked(
     ranges_m: Sequence[float] | Mapping[str, float] | None,
     people: Given | None,
     fields: Mapping[str, float | None],
+    nominal_mps: float,
 ) -> Readings | Stop:
     """Return readings that can be used, or the reason why they cannot.
 
@@ -68,11 +64,15 @@ def checked(
             minus infinity an echo too near to measure (REP 117 of ROS).
         people: As of ``SpeedController.step``.
         fields: The other readings, by name.
+        nominal_mps: Nominal speed of the robot.
     """
+    possible = _possible(nominal_mps)
     try:
         names = [sensor.name for sensor in layout.sensors]
         ranges = tuple(_ranges(names, ranges_m))
         own = {name: _number(name, fields.get(name)) for name in own_names(layout)}
+        for name, number in own.items():
+            _check_possible(name, number, *possible.get(name, (-math.inf, math.inf)))
         return Readings(ranges, own, _people(people) if layout.has_people else [])
     except _Unusable as error:
         return error.stop
@@ -103,16 +103,34 @@ def _ranges(
         yield range_m
 
 
+def _possible(nominal_mps: float) -> dict[str, tuple[float, float]]:
+    """Return the range of possible values of some readings.
+
+    Others come from a broken sensor or from other units. Tracking errors may be larger than an
+    observation can say: they are clipped, as in the simulator.
+    """
+    top_mps = TOO_FAST * nominal_mps
+    return {field.name: (field.low, field.high) for field in ROBOT_FIELDS} | {
+        "speed_mps": (-top_mps, top_mps),
+        "command_mps": (0.0, top_mps),
+        "theta_e_rad": (-math.pi, math.pi),
+        "gas_alarmed": (0.0, 1.0),
+    }
+
+
+def _check_possible(name: str, number: float, low: float, high: float) -> None:
+    """Raise if a number is not possible."""
+    if not low <= number <= high:
+        raise _Unusable("impossible", f"{name}: given {number:g}, possible is {low:g} to {high:g}")
+
+
 def _number(name: str, value: float | None) -> float:
-    """Return a finite number in the range of what is possible."""
+    """Return a finite number."""
     if value is None:
         raise _Unusable("missing", f"{name} is missing")
     number = float(value)
     if not math.isfinite(number):
         raise _Unusable("not finite", f"{name}: given {number}")
-    low, high = _POSSIBLE.get(name, (-math.inf, math.inf))
-    if not low <= number <= high:
-        raise _Unusable("impossible", f"{name}: given {number:g}, possible is {low:g} to {high:g}")
     return number
 
 

@@ -11,6 +11,7 @@ from annotated_types import Gt, Le, MaxLen, MinLen
 from pydantic import ValidationError, model_validator
 
 from hazbot_gym.config import Config
+from hazbot_gym.config.parameters import NominalSpeed
 from hazbot_gym.config.section import Loose, Section, first_error
 from hazbot_gym.core.sensor_ring import (
     MOST_SENSORS,
@@ -61,7 +62,7 @@ _DRIVE, _CLOCK = Config().drive, Config().clock
 class Robot(Section):
     """Parameters of a robot that a policy depends on; defaults are the simulator's."""
 
-    nominal_speed_mps: Annotated[float, Gt(0), Le(1)] = _DRIVE.nominal_speed_mps
+    nominal_speed_mps: NominalSpeed = _DRIVE.nominal_speed_mps
     decision_period_s: Annotated[float, Gt(0)] = _CLOCK.decision_s  # between two steps
     deceleration_mps2: Annotated[float, Gt(0)] = _DRIVE.deceleration_mps2  # that it can brake with
     # In the order of ``ranges_m``

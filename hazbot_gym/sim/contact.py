@@ -13,13 +13,13 @@ from hazbot_gym.core.state import (
     NO_CONTACT,
     PRESENT,
     ROBOT_RADIUS_M,
+    TOP_SPEED_MPS,
     WALL,
     Floats,
     Records,
     RobotRecord,
 )
 
-TOP_SPEED_MPS = 2.0  # upper bound of the robot's speed
 ENOUGH_M = 1.0  # cap of the slack
 
 

@@ -25,8 +25,10 @@ from hazbot_gym.core.sensor_ring import RINGS, RangeSensor, Ring, Sensors, senso
 from hazbot_gym.core.state import (
     CONFRONTING,
     CROSSING,
+    FASTEST_NOMINAL_MPS,
     GAS_HISTORY,
     PATTERN_NAMES,
+    TOP_SPEED_MPS,
     Floats,
     Records,
     RobotRecord,
@@ -55,8 +57,10 @@ class Field(NamedTuple):
     meaning: str
 
 
-def _field(name: str, unit: str, low: float, high: float, meaning: str) -> Field:
-    return Field(name, unit, low, high, max(abs(low), abs(high)), meaning)
+def _field(
+    name: str, unit: str, low: float, high: float, meaning: str, scale: float | None = None
+) -> Field:
+    return Field(name, unit, low, high, scale or max(abs(low), abs(high)), meaning)
 
 
 def _range_field(sensor: RangeSensor) -> Field:
@@ -65,9 +69,10 @@ def _range_field(sensor: RangeSensor) -> Field:
 
 
 ROBOT_FIELDS = (
-    _field("speed_mps", "m/s", -1.0, 1.0, "linear velocity v"),
-    _field("yaw_rate_radps", "rad/s", -2.0, 2.0, "angular velocity omega"),
-    _field("command_mps", "m/s", 0.0, 1.0, "speed commanded last"),
+    # Bounds for the largest nominal speed, on curves with a radius of 0.5 m; scales for 0.5 m/s.
+    _field("speed_mps", "m/s", -TOP_SPEED_MPS, TOP_SPEED_MPS, "linear velocity v", 1.0),
+    _field("yaw_rate_radps", "rad/s", -5.0, 5.0, "angular velocity omega", 2.0),
+    _field("command_mps", "m/s", 0.0, FASTEST_NOMINAL_MPS, "speed commanded last", 1.0),
 )
 TRACKING_FIELDS = (
     _field("x_e_m", "m", -0.5, 0.5, "along-track error, actual minus reference"),
@@ -94,7 +99,7 @@ PERSON_FIELDS = (
     _field("bearing_cos", "-", -1.0, 1.0, "cosine of that direction"),
     _field("speed_mps", "m/s", 0.0, 3.0, "speed of the person"),
     _field("across_mps", "m/s", -3.0, 3.0, "velocity across the line of sight, left positive"),
-    _field("closing_mps", "m/s", -3.5, 3.5, "rate at which the distance shrinks"),
+    _field("closing_mps", "m/s", -5.5, 5.5, "rate at which the distance shrinks", 3.5),
     _field("time_to_closest_s", "s", 0.0, HORIZON_S, "time to closest approach, straight on"),
     _field("closest_m", "m", 0.0, TRACKER_RANGE_M, "distance then"),
     *(_field(name, "-", 0.0, 1.0, f"1 if the walking pattern is {name}") for name in PATTERN_NAMES),

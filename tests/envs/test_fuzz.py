@@ -44,7 +44,7 @@ clocks = st.sampled_from(
 drives = st.fixed_dictionaries(
     {},
     optional={
-        "nominal_speed_mps": numbers(0.3, 1.0),
+        "nominal_speed_mps": numbers(0.3, 2.0),
         "acceleration_mps2": fractions(0.3, 5.0),
         "deceleration_mps2": fractions(0.3, 5.0),
         "reflex_stop_m": fractions(0.0, 2.0),

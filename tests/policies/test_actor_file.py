@@ -94,6 +94,12 @@ def test_another_observation_table_is_refused_by_the_field_that_differs(
         read(written(trained, tmp_path))
 
 
+def test_a_table_with_narrower_bounds_reads_as_before(trained: Trained, tmp_path: Path) -> None:
+    trained.about["observation"][3] |= {"high": 3.0}  # with the same scale
+    path = written(trained, tmp_path)
+    assert read(path).actor.width == trained.actor.width
+
+
 def test_a_table_of_another_length_is_refused(trained: Trained, tmp_path: Path) -> None:
     trained.about["observation"].pop()
     with refused("50 ... 51"):

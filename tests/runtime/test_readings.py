@@ -15,7 +15,7 @@ GOOD: dict[str, Any] = dict.fromkeys(own_names(LAYOUT), 0.0)
 def check(
     ranges_m: Any = (1.0, 2.0, 3.0, 4.0), people: Any = (), **changes: Any
 ) -> Readings | Stop:
-    return checked(LAYOUT, ranges_m, people, GOOD | changes)
+    return checked(LAYOUT, ranges_m, people, GOOD | changes, 0.5)
 
 
 def test_good_readings_are_passed_on() -> None:
@@ -66,9 +66,9 @@ def test_what_cannot_be_used_is_named_with_its_cause(
 
 
 def test_tiers_without_people_or_gas_do_not_read_them() -> None:
-    found = checked(LAYOUTS["sonar"], [1.0] * 4, None, GOOD)
+    found = checked(LAYOUTS["sonar"], [1.0] * 4, None, GOOD, 0.5)
     assert isinstance(found, Readings)
     gas = layout_for("sonar", has_gas=True)
-    stop = checked(gas, [1.0] * 4, None, GOOD)
+    stop = checked(gas, [1.0] * 4, None, GOOD, 0.5)
     assert isinstance(stop, Stop)
     assert "gas_reading" in stop.message

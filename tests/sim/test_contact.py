@@ -15,13 +15,14 @@ from hazbot_gym.core.state import (
     PRESENT,
     ROBOT,
     ROBOT_RADIUS_M,
+    TOP_SPEED_MPS,
     WAITING,
     WALL,
     Floats,
     Records,
     records,
 )
-from hazbot_gym.sim.contact import ENOUGH_M, TOP_SPEED_MPS, find_contact, slack, wall_distance
+from hazbot_gym.sim.contact import ENOUGH_M, find_contact, slack, wall_distance
 
 TOUCH_M = ROBOT_RADIUS_M + PERSON_RADIUS_M
 NO_WALLS = np.zeros((0, 4))
