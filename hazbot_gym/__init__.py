@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from hazbot_gym.evaluation.rollout import evaluate, run_episode
     from hazbot_gym.policies.base import make as make_policy
     from hazbot_gym.runtime.controller import SpeedController
-    from hazbot_gym.task.observation import layout_of
+    from hazbot_gym.task.observation import layout_of, observing
     from hazbot_gym.training.config import load_training
     from hazbot_gym.training.run import train
 
@@ -36,6 +36,7 @@ __all__ = [
     "make_policy",
     "means",
     "measure",
+    "observing",
     "pedestrian_model",
     "reward_term",
     "run_episode",
@@ -52,6 +53,7 @@ _HOMES = {
     "make_policy": "policies.base",
     "means": "evaluation.metrics",
     "measure": "evaluation.metrics",
+    "observing": "task.observation",
     "pedestrian_model": "core.own_walking",
     "reward_term": "core.own_terms",
     "run_episode": "evaluation.rollout",

@@ -240,6 +240,8 @@ class Config(Section):
     place_options: dict[str, float] = Field(default_factory=dict)  # lengths of a built-in place [m]
     tracks: str | None = None  # file or folder of recorded people, for replay and seeded
     tier: Literal["sonar", "tracks", "privileged"] = "tracks"
+    # nearest people in the observation (docs/own_observation.md)
+    person_slots: Annotated[int, Ge(1), Le(MOST_PEOPLE)] = 3
     action_type: Literal["continuous", "discrete"] = "continuous"
     max_episode_steps: Annotated[int, Gt(0), Le(MOST_STEPS)] = 1200
     arrival_tolerance_m: Annotated[float, Gt(0)] = 0.05  # distance from the path's end that counts

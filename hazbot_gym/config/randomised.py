@@ -30,7 +30,7 @@ RANDOMISED = "randomised"
 FIXED = (
     "tier", "action_type", "max_episode_steps", "clock", "drive.nominal_speed_mps",
     "drive.latency_steps", "people.model", "people.walkers", "sensors.ring",
-    "sensors.tracker.latency_steps", "tracks",
+    "sensors.tracker.latency_steps", "tracks", "person_slots",
 )  # fmt: skip
 
 

@@ -19,6 +19,7 @@ from hazbot_gym.envs.arguments import Info
 from hazbot_gym.envs.vector import CorridorVectorEnv, State
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation.actions import levels_of
+from hazbot_gym.evaluation.driver import check_made_for, driver_of
 from hazbot_gym.evaluation.encounters import Row
 from hazbot_gym.evaluation.episode import (
     ENDING,
@@ -31,8 +32,8 @@ from hazbot_gym.evaluation.episode import (
 )
 from hazbot_gym.evaluation.without_robot import walked_alone
 from hazbot_gym.policies.base import Policy
-from hazbot_gym.policies.made_for import check_made_for
 from hazbot_gym.policies.own_policy import OwnPolicy
+from hazbot_gym.task.observation import observing
 from hazbot_gym.task.reward import terms_of
 
 MOST_WORLDS = 512  # side by side; more are no faster, and their record would take more memory
@@ -57,11 +58,12 @@ def run_episodes(
     """
     rounds = -(-len(seeds) // most_worlds(limit))
     size = -(-len(seeds) // rounds)
+    driver = driver_of(policy, config)
     worlds = CorridorVectorEnv(size, config, threads=threads, autoreset_mode="Disabled")
     for first in range(0, len(seeds), size):
         chosen = list(seeds[first : first + size])
         spare = [chosen[0]] * (size - len(chosen))
-        yield from islice(_run_round(worlds, policy, chosen + spare, limit), len(chosen))
+        yield from islice(_run_round(worlds, driver, chosen + spare, limit), len(chosen))
     worlds.close()
 
 
@@ -81,7 +83,8 @@ def try_out(config: Config, policies: Mapping[str, Policy]) -> None:
     assert worlds.observation_space.shape is not None
     for name, policy in policies.items():
         check_made_for(policy, config, name)
-        _try_policy(policy, name, np.zeros(worlds.observation_space.shape, np.float32))
+        with observing(config):
+            _try_policy(policy, name, np.zeros(worlds.observation_space.shape, np.float32))
     worlds.reset(seed=0)
     worlds.step(np.zeros_like(worlds.action_space.sample()))
     worlds.free_times_s()

@@ -15,7 +15,7 @@ import sys
 import sysconfig
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,12 +27,18 @@ from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.policies.learned import Learned
 from hazbot_gym.policies.shielded import Shielded
 from hazbot_gym.task.inputs import input_files
+from hazbot_gym.task.observation import Layout, observing_layout
 from hazbot_gym.utils import provenance
 
 COMPILED = (".pyc", ".nbi", ".nbc")  # caches of Python and numba
 SYSTEM = (Path("/dev"), Path("/proc"), Path("/sys"))
 
-Shape = tuple[int, ...]
+
+class Blank(NamedTuple):
+    """Observations of zeros."""
+
+    layout: Layout
+    rows: tuple[int, ...] = ()  # number of observations, if stacked
 
 
 def of_set(scenarios: ScenarioSet) -> list[Path]:
@@ -46,12 +52,12 @@ def of_set(scenarios: ScenarioSet) -> list[Path]:
     return [*([Path(given)] if isinstance(given, str | Path) else []), *input_files(config)]
 
 
-def of_policy(spec: str, blanks: Iterable[Shape], allowed: Permissions = NO_CODE) -> list[Path]:
+def of_policy(spec: str, blanks: Iterable[Blank], allowed: Permissions = NO_CODE) -> list[Path]:
     """Return the input files of a policy.
 
     Args:
         spec: Argument of ``policies.base.make``.
-        blanks: Shapes of observations to query it with.
+        blanks: Observations to query it with.
         allowed: Permissions of the policy, such as unpickling.
     """
     if spec.partition(":")[0] in REGISTER:
@@ -130,9 +136,10 @@ def _noted(task: tuple[Any, ...]) -> list[str]:
 
     sys.addaudithook(note)  # for good: the process ends after this
     policy = make_policy(spec, **allowed._asdict())
-    for blank in blanks:
-        starts = np.ones(blank[:-1] or 1, np.bool_)
-        policy.predict(np.zeros(blank, np.float32), episode_start=starts, deterministic=True)
+    for layout, rows in blanks:
+        starts, blank = np.ones(rows or 1, np.bool_), np.zeros((*rows, layout.width), np.float32)
+        with observing_layout(layout):
+            policy.predict(blank, episode_start=starts, deterministic=True)
     modules = [getattr(module, "__file__", None) for module in list(sys.modules.values())]
     opened.update(os.path.abspath(file) for file in modules if file)
     return sorted(name for name in opened if _is_own(Path(name)))

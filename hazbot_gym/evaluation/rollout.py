@@ -17,6 +17,7 @@ from hazbot_gym.envs.registration import ENVIRONMENTS, NAMESPACE, full_id
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation import batch_rollout
 from hazbot_gym.evaluation.actions import ask, playable
+from hazbot_gym.evaluation.driver import driver_of
 from hazbot_gym.evaluation.encounters import Row
 from hazbot_gym.evaluation.episode import (
     ENDING,
@@ -33,7 +34,6 @@ from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.evaluation.without_robot import walked_alone
 from hazbot_gym.policies.base import NO_CODE, Permissions, Policy
 from hazbot_gym.policies.base import make as make_policy
-from hazbot_gym.policies.made_for import check_made_for
 from hazbot_gym.sim.world import Snapshot
 from hazbot_gym.utils import processors
 from hazbot_gym.utils.whole_number import whole_number
@@ -136,8 +136,7 @@ def try_out(
     config = cast(CorridorEnv, env.unwrapped).config
     observation, _ = env.reset(seed=0)
     for name, policy in made.items():
-        check_made_for(policy, config, name)
-        action, _ = ask(policy, observation)
+        action, _ = ask(driver_of(policy, config, name), observation)
     env.step(playable(action, env.action_space))
     return config
 
@@ -187,13 +186,13 @@ def run_episode(env: Environment, policy: Policy, seed: int) -> tuple[Episode, R
         raise InvalidInput(f"policy: given {policy!r}, allowed is an object with predict")
     whole_number(seed, "seed", 0)
     corridor = cast(CorridorEnv, env.unwrapped)
-    check_made_for(policy, corridor.config)
+    driver = driver_of(policy, corridor.config)
     observation, start = env.reset(seed=int(seed))
     state, episode_start = None, np.array([True])
     snapshots, steps = [corridor.snapshot()], []
     done = False
     while not done:
-        action, state = ask(policy, observation, state, episode_start)
+        action, state = ask(driver, observation, state, episode_start)
         observation, reward, terminated, truncated, info = env.step(
             playable(action, env.action_space)
         )

@@ -19,11 +19,12 @@ from hazbot_gym.policies.actor import Actor
 from hazbot_gym.policies.constant import Constant
 from hazbot_gym.policies.fuzzy_expert import PERSON_FIELDS, SENSITIVE_M, FuzzyExpert
 from hazbot_gym.policies.guard import ROUNDING
+from hazbot_gym.policies.people_rule import with_slots
 from hazbot_gym.policies.people_seen import RADII_M
 from hazbot_gym.policies.person_columns import columns_of
 from hazbot_gym.policies.robot import DECISION_S
 from hazbot_gym.policies.ssm import Ssm
-from hazbot_gym.task.observation import SONAR_RANGE_M, Layout, layout_for
+from hazbot_gym.task.observation import SONAR_RANGE_M
 from hazbot_gym.utils.json_object import JsonObject
 
 try:
@@ -82,6 +83,7 @@ def _values(plan: Plan, golden: Golden, version: str) -> JsonObject:
         "spec": plan.spec.replace("*/", "* /"),
         "version": version,
         "fields": fields,
+        "entry": "char" if len(fields) <= 256 else "short",  # of C, for an index of an entry
         "low": [field.low for field in fields],
         "high": [field.high for field in fields],
         "scales": [field.scale for field in fields],
@@ -142,16 +144,11 @@ def _rule(rule: Rule, plan: Plan) -> JsonObject:
     return _ssm(rule, plan) if isinstance(rule, Ssm) else _fuzzy(rule, plan)
 
 
-def _with_people(plan: Plan) -> Layout:
-    """Return the layout that a rule reads: the plan's, with people."""
-    return layout_for("tracks", plan.layout.sensors, has_gas=plan.layout.has_gas)
-
-
 def _sonar(plan: Plan) -> JsonObject:
     """Return the estimate of people from echoes as numbers (``policies/sonar_estimate.py``)."""
-    layout, people = plan.layout, _with_people(plan)
+    layout, people = plan.layout, with_slots(plan.layout)
     at = sonar.mounted(layout.sensors)
-    entries = columns_of(people.width, PERSON_FIELDS)
+    entries = columns_of(people, PERSON_FIELDS)
     scales = dict(zip(PERSON_FIELDS, entries.units[0].tolist(), strict=True))
     numbers = (
         np.sin(at.angle_rad), np.cos(at.angle_rad), at.side, at.near_m, at.edge_rad,
@@ -202,7 +199,7 @@ def _sonar(plan: Plan) -> JsonObject:
 
 
 def _ssm(rule: Ssm, plan: Plan) -> JsonObject:
-    ssm, columns = SsmThresholds(), columns_of(_with_people(plan).width, ("present", "distance_m"))
+    ssm, columns = SsmThresholds(), columns_of(with_slots(plan.layout), ("present", "distance_m"))
     b = ssm.braking_mps2 * ssm.reaction_s + ssm.approach_mps
     return {
         "kind": "ssm",
@@ -222,7 +219,7 @@ def _ssm(rule: Ssm, plan: Plan) -> JsonObject:
 
 
 def _fuzzy(rule: FuzzyExpert, plan: Plan) -> JsonObject:
-    controller, columns = rule.controller, columns_of(_with_people(plan).width, PERSON_FIELDS)
+    controller, columns = rule.controller, columns_of(with_slots(plan.layout), PERSON_FIELDS)
 
     def terms(rows: Any) -> list[list[float]]:
         return [[0.0 if math.isinf(value) else value for value in row] for row in rows.tolist()]

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from hazbot_gym.core.state import PATTERN_NAMES
 from hazbot_gym.export.plan import Plan
 from hazbot_gym.policies.guard import Observations
-from hazbot_gym.task.observation import PERSON_SLOTS, SONAR_RANGE_M, Layout
+from hazbot_gym.task.observation import SONAR_RANGE_M, Layout, observing_layout
 from hazbot_gym.utils.json_object import JsonObject
 
 TOLERANCE = 1e-5  # largest difference of an action, which is in [-1, 1]
@@ -66,10 +66,10 @@ def draw(layout: Layout, count: int, seed: int) -> Observations:
     if not layout.has_people:
         return observations
     at = {name: i for i, name in enumerate(layout.names)}
-    people = rng.integers(0, PERSON_SLOTS + 1, count)
-    distances = [at[f"person{k}_distance_m"] for k in range(PERSON_SLOTS)]
+    people = rng.integers(0, layout.person_slots + 1, count)
+    distances = [at[f"person{k}_distance_m"] for k in range(layout.person_slots)]
     observations[:, distances] = np.sort(observations[:, distances], axis=1)
-    for k in range(PERSON_SLOTS):
+    for k in range(layout.person_slots):
         angles, patterns = rng.uniform(-np.pi, np.pi, count), rng.integers(-1, 4, count)
         observations[:, at[f"person{k}_present"]] = people > k
         observations[:, at[f"person{k}_bearing_sin"]] = np.sin(angles)
@@ -83,12 +83,13 @@ def actions_of(
     plan: Plan, observations: Observations, starts: npt.NDArray[np.bool_]
 ) -> npt.NDArray[np.float32]:
     """Return the policy's actions on observations one after another."""
-    if not plan.has_memory:
-        return plan.policy.predict(observations)[0][:, 0]
-    state, actions = None, []
-    for observation, begins in zip(observations, starts, strict=True):
-        action, state = plan.policy.predict(observation, None if begins else state)
-        actions.append(action[0])
+    with observing_layout(plan.layout):
+        if not plan.has_memory:
+            return plan.policy.predict(observations)[0][:, 0]
+        state, actions = None, []
+        for observation, begins in zip(observations, starts, strict=True):
+            action, state = plan.policy.predict(observation, None if begins else state)
+            actions.append(action[0])
     return np.array(actions, np.float32)
 
 

@@ -21,7 +21,6 @@ from hazbot_gym.policies.constant import Constant
 from hazbot_gym.policies.guard import ROUNDING
 from hazbot_gym.policies.people_seen import RADII_M
 from hazbot_gym.policies.ssm import Ssm
-from hazbot_gym.task.observation import PERSON_SLOTS
 
 try:
     import onnx
@@ -170,7 +169,7 @@ def _ssm(graph: _Graph, plan: Plan, x: str) -> str:
     assert isinstance(rule, Ssm)
     names, fields = plan.layout.names, plan.layout.fields
     present, distance = (
-        [names.index(f"person{k}_{name}") for k in range(PERSON_SLOTS)]
+        [names.index(f"person{k}_{name}") for k in range(plan.layout.person_slots)]
         for name in ("present", "distance_m")
     )
 

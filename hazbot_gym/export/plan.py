@@ -11,11 +11,11 @@ from hazbot_gym.policies.actor import Actor
 from hazbot_gym.policies.base import Policy, make
 from hazbot_gym.policies.constant import Constant
 from hazbot_gym.policies.fuzzy_expert import FuzzyExpert
-from hazbot_gym.policies.learned import FromFile, Learned, TrainedActor
+from hazbot_gym.policies.learned import FromFile, Learned, TrainedActor, trained_layout
 from hazbot_gym.policies.residual import Residual
 from hazbot_gym.policies.ssm import Ssm
 from hazbot_gym.runtime.controller import robot_for
-from hazbot_gym.task.observation import TIERS, Layout, layout_for, layout_of
+from hazbot_gym.task.observation import TIERS, Layout, layout_for, observing_layout
 
 RULES = "constant, ssm:mode=strict and fuzzy_expert"
 Rule = Constant | Ssm | FuzzyExpert
@@ -68,10 +68,10 @@ def plan_of(spec: str, tier: str | None = None) -> Plan:
         )
     policy = make(spec)
     layout = _layout(policy, tier)
-    observation = np.zeros(layout.width, np.float32)
-    policy.predict(observation)  # refuses another tier than the policy's
-    chosen = policy.policy_for(observation) if isinstance(policy, FromFile) else policy
-    robot = robot_for(policy, layout)
+    with observing_layout(layout):
+        policy.predict(np.zeros(layout.width, np.float32))  # refuses another tier than the policy's
+        chosen = policy.policy_for(layout) if isinstance(policy, FromFile) else policy
+        robot = robot_for(policy, layout)
     base: Policy | None = chosen
     network: Policy | None = None
     scale: float | None = None
@@ -91,12 +91,9 @@ def plan_of(spec: str, tier: str | None = None) -> Plan:
 def _layout(policy: Policy, tier: str | None) -> Layout:
     """Return the layout of a tier, or the one of a trained policy."""
     if isinstance(policy, Learned):
-        network = policy.policy_for(np.empty(0, np.float32))
-        network = network.network if isinstance(network, Residual) else network
-        if isinstance(network, TrainedActor):
-            own = layout_of(np.empty(network.actor.width))
-            if tier is None or own.has_people == (tier != "sonar"):
-                return own
+        own = trained_layout(policy.policy_for(layout_for(tier or "tracks")))
+        if own and (tier is None or own.has_people == (tier != "sonar")):
+            return own
     return layout_for(tier or "tracks")
 
 

@@ -9,18 +9,27 @@ without an error.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from hazbot_gym.core.sensor_ring import PAPER, RINGS, RangeSensor, Sensors
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.actor import ACTIVATIONS, HEADS, Actor, Normalisation
 from hazbot_gym.policies.layer import Layer
 from hazbot_gym.policies.lstm import Lstm
-from hazbot_gym.task.observation import KNOWN, LAYOUTS, Layout
+from hazbot_gym.task.observation import (
+    GAS_FIELDS,
+    KNOWN,
+    LAYOUTS,
+    PERSON_SLOTS,
+    ROBOT_FIELDS,
+    Layout,
+    layout_for,
+)
 from hazbot_gym.utils import npz
 from hazbot_gym.utils.json_object import JsonObject
 
@@ -47,6 +56,7 @@ def describe(
     *,
     algorithm: str,
     tier: str,
+    layout: Layout | None = None,
     residual: Mapping[str, object] | None = None,
     training: Mapping[str, object] | None = None,
     results: Mapping[str, object] | None = None,
@@ -57,6 +67,8 @@ def describe(
         actor: The weights.
         algorithm: Name of the training algorithm, such as ``PPO``.
         tier: Information tier of its observations.
+        layout: Layout of its observations; default the one of its width with a named ring and the
+            default number of people.
         residual: Base policy and scale of a residual policy (``residual``), else None.
         training: Provenance: config, seed, versions, commit.
         results: Validation results by metric.
@@ -66,7 +78,7 @@ def describe(
     """
     if tier not in LAYOUTS:
         raise InvalidInput(f"tier: given {tier!r}, allowed are {', '.join(LAYOUTS)}")
-    layout = _layout(tier, actor.width)
+    layout = layout or _layout(tier, actor.width)
     if actor.width != layout.width:
         raise InvalidInput(
             f"tier: {tier} observations have {layout.width} entries, the actor takes {actor.width}"
@@ -86,10 +98,28 @@ def describe(
 
 
 def _layout(tier: str, width: int) -> Layout:
-    """Return the tier's layout of that width, or else its default one."""
+    """Return the tier's known layout of that width, or else its default one."""
     default = LAYOUTS[tier]
     layout = KNOWN.get(width, default)
     return layout if layout.has_people == default.has_people else default
+
+
+def layout_of_table(about: JsonObject) -> Layout:
+    """Return the layout that an actor's observation table has, or comes nearest to."""
+    names = [field["name"] for field in about["observation"]]
+    slots = sum(name.endswith("_present") for name in names) or PERSON_SLOTS
+    return layout_for(
+        about["tier"], _ring(names), has_gas=GAS_FIELDS[0].name in names, person_slots=slots
+    )
+
+
+def _ring(names: Sequence[str]) -> Sensors:
+    """Return the ring of an observation's names; only a named one has its directions."""
+    first = ROBOT_FIELDS[0].name
+    ranges = names[: names.index(first)] if first in names else ()
+    named = [ring for ring in RINGS.values() if len(ring) == len(ranges)]
+    own = tuple(RangeSensor(name[len("range_") : -len("_m")], 0.0) for name in ranges)
+    return named[0] if named else own or PAPER
 
 
 def observation_table(layout: Layout) -> list[dict[str, object]]:
@@ -162,7 +192,7 @@ def check(about: JsonObject, path: Path) -> None:
             f"policy: {str(path)!r} has tier {about['tier']!r}, allowed are {', '.join(LAYOUTS)}"
         )
     stored = about["observation"]
-    own = observation_table(_layout(about["tier"], len(stored)))
+    own = observation_table(layout_of_table(about))
     for i, (theirs, ours) in enumerate(zip(stored, own, strict=False)):
         if not _reads_as(theirs, ours):
             raise InvalidInput(

@@ -23,6 +23,7 @@ from hazbot_gym.policies.base import OPTIONS
 from hazbot_gym.policies.guard import Observations
 from hazbot_gym.policies.people_rule import PeopleRule
 from hazbot_gym.policies.person_columns import Columns, columns_of
+from hazbot_gym.task.observation import layout_of
 
 # --- terms and rules -----------------------------------------------------------------------------
 
@@ -164,7 +165,7 @@ class FuzzyExpert(PeopleRule):
         rows = np.atleast_2d(np.ascontiguousarray(observation, np.float32))
         kept = np.empty(len(rows), np.float32)
         horizons = np.broadcast_to(np.asarray(horizon_s, np.float64), len(rows)).copy()
-        columns = columns_of(rows.shape[1], PERSON_FIELDS)
+        columns = columns_of(layout_of(rows), PERSON_FIELDS)
         _answer(rows, columns, self.controller, self.release, self.scale, horizons, kept)
         return kept.reshape(np.shape(observation)[:-1])
 

@@ -12,13 +12,14 @@ from __future__ import annotations
 
 import math
 import reprlib
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.task.observation import KNOWN
+from hazbot_gym.task.observation import Layout, known_layout
 
 Observations = npt.NDArray[np.float32]
 Actions = npt.NDArray[np.float32]
@@ -26,10 +27,6 @@ Flags = npt.NDArray[np.bool_]
 
 STOP = np.float32(-1.0)
 ROUNDING = 1e-5  # tolerance of scaled bounds
-_BOUNDS = {
-    width: (layout.low - np.float32(ROUNDING), layout.high + np.float32(ROUNDING))
-    for width, layout in KNOWN.items()
-}
 _FINITE = np.finfo(np.float32)
 
 
@@ -134,8 +131,15 @@ def _flags(episode_start: Any, rows: tuple[int, ...]) -> Flags:
 def valid(observation: npt.ArrayLike) -> Flags:
     """Return True for observations (..., n) within all bounds: shape (...)."""
     entries = np.asarray(observation)
-    low, high = _BOUNDS.get(entries.shape[-1] if entries.ndim else 0, (_FINITE.min, _FINITE.max))
+    low, high = _bounds(known_layout(entries.shape[-1] if entries.ndim else 0))
     return np.asarray(((entries >= low) & (entries <= high)).all(axis=-1))  # NaN is neither
+
+
+@cache
+def _bounds(layout: Layout | None) -> tuple[Any, Any]:
+    if layout is None:
+        return _FINITE.min, _FINITE.max
+    return layout.low - np.float32(ROUNDING), layout.high + np.float32(ROUNDING)
 
 
 def _kept(old: Any, new: Any, rows: Flags) -> Any:

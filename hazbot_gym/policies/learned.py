@@ -14,21 +14,33 @@ import numpy as np
 import numpy.typing as npt
 from pydantic.dataclasses import dataclass
 
+from hazbot_gym.core.sensor_ring import names_of
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies import actor_file
 from hazbot_gym.policies.base import OPTIONS, Policy
 from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations, numbers
-from hazbot_gym.policies.residual import on_its_base
-from hazbot_gym.task.observation import layout_of, without_gas
+from hazbot_gym.policies.residual import Residual, on_its_base
+from hazbot_gym.task.observation import (
+    Layout,
+    layout_of,
+    layout_with,
+    observing_layout,
+    selected,
+)
 
 SHIPPED = Path(__file__).parent / "shipped"
 
 
 class TrainedActor(Guarded):
-    """Policy of a NumPy actor."""
+    """Policy of a NumPy actor.
+
+    Attributes:
+        layout: Layout of the observations that it was trained on.
+    """
 
     def __init__(self, trained: actor_file.Trained) -> None:
         self.actor, self.about = trained
+        self.layout = actor_file.layout_of_table(self.about)
 
     def act(
         self, observation: Observations, state: Any, starts: Flags | None, deterministic: bool
@@ -38,36 +50,59 @@ class TrainedActor(Guarded):
         Without an LSTM the state is returned unchanged.
 
         Raises:
-            InvalidInput: The observation is of another tier, or ``deterministic`` is False.
+            InvalidInput: The observation lacks fields of the training, or ``deterministic`` is
+                False.
         """
         if not deterministic:
             raise InvalidInput("deterministic: given False, a trained policy allows only True")
-        layout, trained = layout_of(observation), layout_of(np.empty(self.actor.width))
-        if layout.has_gas and not trained.has_gas:
-            observation = without_gas(observation)
-            layout = layout_of(observation)
-        if trained.has_gas and not layout.has_gas:
-            raise InvalidInput(
-                "gas: given observations without a gas sensor, this policy was trained with one"
-            )
-        if layout.has_people != trained.has_people:
-            raise InvalidInput(
-                f"tier: given observations of {layout.width} entries, this policy was trained on "
-                f"tier {self.about['tier']} with {trained.width}"
-            )
-        if layout.width != trained.width:
-            raise InvalidInput(
-                f"sensors.ring: given observations with {len(layout.sensors)} range sensors, this "
-                f"policy was trained with {len(trained.sensors)}"
-            )
-        return self.actor.act(observation, state, starts)
+        check_fields(layout_of(observation), self.layout)
+        return self.actor.act(selected(observation, self.layout), state, starts)
+
+
+def lacking(given: Layout, trained: Layout) -> str:
+    """Name the first field group that a policy was trained on and observations lack, if any.
+
+    A gas sensor, or more people, may be there in addition.
+    """
+    if trained.has_gas and not given.has_gas:
+        return "gas: given observations without a gas sensor, this policy was trained with one"
+    if given.has_people != trained.has_people:
+        kind = "tracks, privileged" if trained.has_people else "sonar"
+        return (
+            f"tier: given observations of {given.width} entries, this policy was trained on "
+            f"tier {kind} with {trained.width}"
+        )
+    if names_of(given.sensors) != names_of(trained.sensors):
+        return f"sensors.ring: given {_ring(given)}, this policy was trained with {_ring(trained)}"
+    if given.person_slots < trained.person_slots:
+        return (
+            f"person_slots: given observations of {given.person_slots} people, this policy was "
+            f"trained with {trained.person_slots}"
+        )
+    return ""
+
+
+def _ring(layout: Layout) -> str:
+    return f"{len(layout.sensors)} range sensors ({', '.join(names_of(layout.sensors))})"
+
+
+def check_fields(given: Layout, trained: Layout) -> None:
+    """Raise InvalidInput if observations lack what a policy was trained on."""
+    if missing := lacking(given, trained):
+        raise InvalidInput(missing)
+
+
+def trained_layout(policy: Policy) -> Layout | None:
+    """Return the layout that a network, alone or on a base, was trained on; None if unknown."""
+    network = policy.network if isinstance(policy, Residual) else policy
+    return network.layout if isinstance(network, TrainedActor) else None
 
 
 class FromFile:
     """Policy that delegates to a policy read from a file."""
 
-    def policy_for(self, observation: Observations) -> Policy:
-        """Return the policy of the file for observations of this width."""
+    def policy_for(self, layout: Layout) -> Policy:
+        """Return the policy of the file for observations of a layout."""
         raise NotImplementedError
 
     def predict(
@@ -77,10 +112,21 @@ class FromFile:
         episode_start: npt.NDArray[np.bool_] | None = None,
         deterministic: bool = True,
     ) -> tuple[Actions, object]:
-        """Return the action of the file's policy; see ``Policy.predict``."""
+        """Return the action of the file's policy; see ``Policy.predict``.
+
+        Its base, if it has one, sees the same fields as in training.
+        """
         observation = numbers(observation)
-        policy = self.policy_for(observation)
-        return policy.predict(observation, state, episode_start, deterministic)
+        given = layout_of(observation)
+        policy = self.policy_for(given)
+        trained = trained_layout(policy)
+        if trained is None:
+            return policy.predict(observation, state, episode_start, deterministic)
+        check_fields(given, trained)
+        seen = layout_with(given.sensors, trained.person_slots, trained.has_gas)
+        observation = selected(observation, seen)
+        with observing_layout(seen):
+            return policy.predict(observation, state, episode_start, deterministic)
 
 
 @dataclass(frozen=True, config=OPTIONS)
@@ -93,7 +139,7 @@ class Learned(FromFile):
     def __post_init__(self) -> None:
         self._policy  # noqa: B018  (a file that cannot be used is refused when the policy is made)
 
-    def policy_for(self, observation: Observations) -> Policy:
+    def policy_for(self, layout: Layout) -> Policy:
         """Return the file's policy."""
         return self._policy
 
@@ -114,7 +160,7 @@ class Learned(FromFile):
 
 @dataclass(frozen=True, config=OPTIONS)
 class Ppo(FromFile):
-    """The shipped PPO policies, one for each observation width."""
+    """The shipped PPO policies, with tracked people and without."""
 
     def __post_init__(self) -> None:
         if not self._policies:
@@ -124,24 +170,22 @@ class Ppo(FromFile):
             )
 
     @cached_property
-    def _policies(self) -> dict[int, Policy]:
+    def _policies(self) -> list[Policy]:
         found = [TrainedActor(actor_file.read(path)) for path in sorted(SHIPPED.glob("ppo_*.npz"))]
-        return {
-            network.actor.width: on_its_base(network, network.about.get("residual"))
-            for network in found
-        }
+        return [on_its_base(network, network.about.get("residual")) for network in found]
 
-    def policy_for(self, observation: Observations) -> Policy:
-        """Return the policy shipped for observations of this width.
+    def policy_for(self, layout: Layout) -> Policy:
+        """Return the policy shipped for observations of a layout.
 
         Raises:
             InvalidInput: None is shipped for it.
         """
-        observation = without_gas(observation)
-        layout = layout_of(observation)
-        if layout.width not in self._policies:
-            raise InvalidInput(
-                f"tier or sensors.ring: given observations of {layout.width} entries with "
-                f"{len(layout.sensors)} range sensors, for which no 'ppo' is shipped"
-            )
-        return self._policies[layout.width]
+        for policy in self._policies:
+            trained = trained_layout(policy)
+            if trained and not lacking(layout, trained):
+                return policy
+        raise InvalidInput(
+            f"tier, sensors.ring or person_slots: given observations of {layout.width} entries "
+            f"with {len(layout.sensors)} range sensors and {layout.person_slots} people, for which "
+            "no 'ppo' is shipped"
+        )

@@ -15,7 +15,7 @@ from hazbot_gym.policies.base import Rule
 from hazbot_gym.policies.guard import Actions, Flags, Observations
 from hazbot_gym.policies.sonar_estimate import listen, people
 from hazbot_gym.task.action import speed_action
-from hazbot_gym.task.observation import PERSON_SLOTS, layout_for, layout_of
+from hazbot_gym.task.observation import Layout, layout_for, layout_of
 
 
 class PeopleRule(Rule):
@@ -36,6 +36,13 @@ class PeopleRule(Rule):
         return speed_action(self.speed_share(observation)), state
 
 
+def with_slots(layout: Layout) -> Layout:
+    """Return a layout with person slots, the layout itself if it has some."""
+    if layout.has_people:
+        return layout
+    return layout_for("tracks", layout.sensors, has_gas=layout.has_gas)
+
+
 def with_people(observation: Observations, found: dict[str, Floats]) -> Observations:
     """Return sonar observations (..., n) with person fields filled, as on the tracks tier.
 
@@ -44,15 +51,15 @@ def with_people(observation: Observations, found: dict[str, Floats]) -> Observat
         found: Person fields in their units, arrays (..., any number of people).
     """
     sonar = layout_of(observation)
-    tracks = layout_for("tracks", sonar.sensors, has_gas=sonar.has_gas)
+    tracks = with_slots(sonar)
     full = np.zeros((*np.shape(observation)[:-1], tracks.width), np.float32)
     full[..., : sonar.width] = observation
     is_there = found["present"] > 0.5
     nearest = np.argsort(np.where(is_there, found["distance_m"], np.inf), axis=-1)
-    nearest = nearest[..., :PERSON_SLOTS]
+    nearest = nearest[..., : tracks.person_slots]
     for name, values in found.items():
         chosen = np.take_along_axis(values * is_there, nearest, axis=-1)
-        for slot in range(PERSON_SLOTS):
+        for slot in range(tracks.person_slots):
             column = tracks.names.index(f"person{slot}_{name}")
             full[..., column] = chosen[..., slot] / tracks.fields[column].scale
     return full

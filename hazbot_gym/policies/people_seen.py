@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import count, takewhile
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from hazbot_gym.core.state import PERSON_RADIUS_M, ROBOT_RADIUS_M, Floats
-from hazbot_gym.task.observation import PERSON_SLOTS
 
 RADII_M = ROBOT_RADIUS_M + PERSON_RADIUS_M
 
@@ -28,7 +28,8 @@ class People(NamedTuple):
 
 def of_people(seen: dict[str, Floats], field: str) -> Floats:
     """Return a field of the people in a decoded observation, (..., K) for K slots."""
-    return np.stack([seen[f"person{i}_{field}"] for i in range(PERSON_SLOTS)], axis=-1)
+    names = takewhile(seen.__contains__, (f"person{i}_{field}" for i in count()))
+    return np.stack([seen[name] for name in names], axis=-1)
 
 
 def clearances_m(seen: dict[str, Floats]) -> Floats:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hazbot_gym.core.state import Floats, Ints
-from hazbot_gym.task.observation import PERSON_SLOTS, layout_of
+from hazbot_gym.task.observation import Layout
 
 
 class Columns(NamedTuple):
@@ -21,10 +21,9 @@ class Columns(NamedTuple):
 
 
 @cache
-def columns_of(width: int, fields: tuple[str, ...]) -> Columns:
-    """Return the columns of some fields of every person in observations of a width."""
-    layout = layout_of(np.empty(width))
-    slots = range(PERSON_SLOTS)
+def columns_of(layout: Layout, fields: tuple[str, ...]) -> Columns:
+    """Return the columns of some fields of every person in observations of a layout."""
+    slots = range(layout.person_slots)
     index = [[layout.names.index(f"person{i}_{name}") for name in fields] for i in slots]
     units = [[layout.fields[column].scale for column in row] for row in index]
     own = [layout.names.index(name) for name in ("speed_mps", "command_mps")]

@@ -37,6 +37,7 @@ from hazbot_gym.policies.people_rule import PeopleRule
 from hazbot_gym.policies.people_seen import RADII_M
 from hazbot_gym.policies.person_columns import Columns, columns_of
 from hazbot_gym.policies.robot import DECISION_S, NOMINAL_MPS
+from hazbot_gym.task.observation import layout_of
 
 PERSON_FIELDS = ("present", "distance_m", "bearing_cos", "bearing_sin")
 
@@ -52,7 +53,7 @@ class SocialForceSpeed(PeopleRule):
         """Return the share of the nominal speed a decision later; see ``base.Rule``."""
         rows = np.atleast_2d(np.ascontiguousarray(observation, np.float32))
         share = np.empty(len(rows), np.float32)
-        columns = columns_of(rows.shape[1], PERSON_FIELDS)
+        columns = columns_of(layout_of(rows), PERSON_FIELDS)
         how = np.array([self.strength, self.nominal_mps, DECISION_S])
         _answer(rows, columns, as_record(HELBING_MOLNAR_1995), how, share)
         return share.reshape(np.shape(observation)[:-1])

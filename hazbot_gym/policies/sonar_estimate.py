@@ -33,6 +33,7 @@ import numpy.typing as npt
 from hazbot_gym.core.sensor_ring import PAPER, Sensors, half_cone_of, is_ahead
 from hazbot_gym.core.state import PATTERN_NAMES, PERSON_RADIUS_M, Floats, Ints
 from hazbot_gym.core.ultrasonic import Ultrasonic
+from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.robot import DECISION_S
 from hazbot_gym.task.observation import HORIZON_S, SONAR_RANGE_M, readings
 
@@ -72,9 +73,18 @@ class Mounted(NamedTuple):
 
 @cache
 def mounted(ring: Sensors) -> Mounted:
-    """Return the arrays of a ring."""
+    """Return the arrays of a ring.
+
+    Raises:
+        InvalidInput: The ring has no sensor at one of its sides.
+    """
     angle_rad = np.array([sensor.angle_rad for sensor in ring])
     side = np.sign(angle_rad)
+    if not {1.0, -1.0} <= set(side[np.abs(angle_rad) >= SIDE_RAD]):
+        raise InvalidInput(
+            "sensors.ring: people are estimated from echoes only with a sensor at each side, at "
+            f"least {SIDE_RAD:.2g} rad from the heading"
+        )
     in_front = np.array([is_ahead(sensor) for sensor in ring])
     at_side = np.abs(angle_rad) >= SIDE_RAD
     half_cone_rad = [half_cone_of(sensor, SENSOR.half_cone_rad) for sensor in ring]

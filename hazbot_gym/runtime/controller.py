@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from hazbot_gym.config.parameters import MOST_PEOPLE
 from hazbot_gym.core.sensor_ring import RangeSensor, Ring
 from hazbot_gym.core.ultrasonic import Ultrasonic
 from hazbot_gym.errors import HazbotError, InvalidInput
@@ -26,8 +27,16 @@ from hazbot_gym.runtime.readings import (
 )
 from hazbot_gym.runtime.robot_file import Robot, check_agreement, load_robot, simulated_robot
 from hazbot_gym.task.action import commanded_speed, level_action
-from hazbot_gym.task.observation import KNOWN, TIERS, Layout, layout_for
+from hazbot_gym.task.observation import (
+    PERSON_SLOTS,
+    TIERS,
+    Layout,
+    known_layout,
+    layout_for,
+    observing_layout,
+)
 from hazbot_gym.utils.json_object import JsonObject
+from hazbot_gym.utils.whole_number import whole_number
 
 STALE_PERIODS = 3.0  # decision periods without readings after which the robot stops
 DEAD_BAND_MPS = 0.01  # slower is standing: motors do not turn
@@ -54,6 +63,7 @@ class SpeedController:
         tier: str = "tracks",
         ring: Ring = "paper",
         has_gas: bool = False,
+        person_slots: int = PERSON_SLOTS,
         robot: Robot | Path | str | None = None,
         stale_s: float | None = None,
         dead_band_mps: float = DEAD_BAND_MPS,
@@ -67,6 +77,7 @@ class SpeedController:
             tier: ``sonar`` without a people tracker, else ``tracks``.
             ring: The ring of range sensors; a robot's own replaces it.
             has_gas: Whether there is a gas sensor.
+            person_slots: Number of people that the policy is told of, with a tracker.
             robot: A robot or its YAML file, checked against the policy; None for the simulator's.
             stale_s: Age of readings, and time between two steps, that stops the robot; default
                 three decision periods.
@@ -84,8 +95,15 @@ class SpeedController:
             make(policy, allow_pickle=allow_pickle) if isinstance(policy, str) else policy
         )
         given = load_robot(robot) if isinstance(robot, str | Path) else robot
-        self.layout = layout_for(tier, ring if given is None else given.ring, has_gas=has_gas)
-        needed = robot_for(self._policy, self.layout)
+        whole_number(person_slots, "person_slots", 1, MOST_PEOPLE)
+        self.layout = layout_for(
+            tier,
+            ring if given is None else given.ring,
+            has_gas=has_gas,
+            person_slots=person_slots,
+        )
+        with observing_layout(self.layout):
+            needed = robot_for(self._policy, self.layout)
         self.robot = needed if given is None else given
         check_agreement(self.robot, needed, name)
         period_s = self.robot.decision_period_s
@@ -93,7 +111,7 @@ class SpeedController:
             "stale_s", STALE_PERIODS * period_s if stale_s is None else stale_s
         )
         self._dead_band_mps, self._clock = dead_band_mps, clock
-        self._encounters = Encounters(self.robot.nominal_speed_mps)
+        self._encounters = Encounters(self.robot.nominal_speed_mps, self.layout.person_slots)
         self._warm_up()
         self.reset()
 
@@ -212,9 +230,10 @@ class SpeedController:
         """Return the policy's speed, or a stop if it has no usable answer."""
         starts = np.array([self._begins])
         try:
-            action, self._state = self._policy.predict(
-                self.observation(found), state=self._state, episode_start=starts
-            )
+            with observing_layout(self.layout):
+                action, self._state = self._policy.predict(
+                    self.observation(found), state=self._state, episode_start=starts
+                )
         except HazbotError as error:
             return refused_by_policy(error)
         self._begins = False
@@ -238,9 +257,10 @@ class SpeedController:
             fields = dict.fromkeys(own_names(self.layout), 0.0)
             fields |= {"speed_mps": 0.3 * share, "remaining_m": 10.0}
             observation = self.observation(Readings(ranges, fields, people))
-            action, self._state = self._policy.predict(
-                observation, state=self._state, episode_start=np.array([k == 0])
-            )
+            with observing_layout(self.layout):
+                action, self._state = self._policy.predict(
+                    observation, state=self._state, episode_start=np.array([k == 0])
+                )
             _action(action)
 
 
@@ -266,7 +286,8 @@ def robot_for(policy: Policy, layout: Layout) -> Robot:
     for config in map(training_config, parts):
         if config is not None:
             return trained_robot(config)
-    ring = KNOWN[layout.width].sensors if layout.width in KNOWN else layout.sensors
+    known = known_layout(layout.width)  # a robot's ring is taken for the named one of its size
+    ring = layout.sensors if known is None else known.sensors
     needs = [each for each in map(needs_of, parts) if SPEED in each]
     return simulated_robot(
         ring, nominal_speed_mps=needs[0][SPEED] if needs else Robot().nominal_speed_mps

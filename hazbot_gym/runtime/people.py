@@ -45,8 +45,9 @@ def as_people(given: Given) -> list[Person]:
 class Encounters:
     """Walking patterns of the people around the robot, each held by the id of its track."""
 
-    def __init__(self, nominal_speed_mps: float) -> None:
+    def __init__(self, nominal_speed_mps: float, person_slots: int) -> None:
         self._speed_mps = nominal_speed_mps  # that a stopped robot intends
+        self._slots = person_slots
         self._held: dict[Hashable, int] = {}
         self._thresholds = Thresholds(moving_mps=Tracker().moving_mps)
 
@@ -74,7 +75,7 @@ class Encounters:
         for track, one, label in zip(tracks, near, labels, strict=True):
             track["visible"], track["pattern"] = 1, label
             track["x"], track["y"], track["vx"], track["vy"] = one[:4]
-        return person_fields(tracks, robot)
+        return person_fields(tracks, robot, self._slots)
 
     def _pattern(self, one: Person) -> int:
         if math.hypot(one.x_m, one.y_m) > SOCIAL_M:

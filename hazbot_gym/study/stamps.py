@@ -8,7 +8,15 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.evaluation.inputs import digests, edited, last_change, mark, of_policy, of_set
+from hazbot_gym.evaluation.inputs import (
+    Blank,
+    digests,
+    edited,
+    last_change,
+    mark,
+    of_policy,
+    of_set,
+)
 from hazbot_gym.evaluation.rollout import resolve
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.policies.base import NO_CODE, Permissions
@@ -28,16 +36,16 @@ class Stamps:
         self._common = provenance.stamp(study.tracks)
         self._watched: dict[str, tuple[str, tuple[int, int]]] = {}
         self._watch(provenance.PACKAGE.rglob("*.py"))
-        self._environments, widths = {}, set()
+        side_by_side = (2,) if study.engine == "batched" else ()
+        self._environments, blanks = {}, dict[Blank, None]()
         for scenarios in study.all_sets:
             config, limit = resolve(scenarios)
             files = of_set(scenarios)
             self._watch(files)
             values = (config.model_dump(mode="json"), limit, mark(files))
             self._environments[scenarios.name] = values
-            widths.add(layout_in(config).width)
-        side_by_side = (2,) if study.engine == "batched" else ()
-        self._blanks = [(*side_by_side, width) for width in sorted(widths)]
+            blanks[Blank(layout_in(config), side_by_side)] = None
+        self._blanks = tuple(blanks)
         self._policies: dict[str, str] = {}
         for spec in study.policies:  # now, since files imported later may have been edited
             self._policy(spec)

@@ -10,7 +10,9 @@ the gas sensor before those of people.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, NamedTuple, cast
 
@@ -30,6 +32,7 @@ from hazbot_gym.core.state import (
     PATTERN_NAMES,
     TOP_SPEED_MPS,
     Floats,
+    Ints,
     Records,
     RobotRecord,
     TrackRecord,
@@ -39,7 +42,7 @@ from hazbot_gym.errors import InvalidInput
 if TYPE_CHECKING:
     from hazbot_gym.config import Config
 
-PERSON_SLOTS = 3  # K nearest people
+PERSON_SLOTS = 3  # K nearest people, by default
 LOOK_AHEAD_M = 1.0  # look-ahead distances of the path's curvature
 SONAR_RANGE_M = 4.0
 TRACKER_RANGE_M = 8.0
@@ -61,6 +64,11 @@ def _field(
     name: str, unit: str, low: float, high: float, meaning: str, scale: float | None = None
 ) -> Field:
     return Field(name, unit, low, high, scale or max(abs(low), abs(high)), meaning)
+
+
+def _person_field(slot: int, field: Field) -> Field:
+    name, meaning = f"person{slot}_{field.name}", f"person {slot}: {field.meaning}"
+    return field._replace(name=name, meaning=meaning)
 
 
 def _range_field(sensor: RangeSensor) -> Field:
@@ -104,16 +112,7 @@ PERSON_FIELDS = (
     _field("closest_m", "m", 0.0, TRACKER_RANGE_M, "distance then"),
     *(_field(name, "-", 0.0, 1.0, f"1 if the walking pattern is {name}") for name in PATTERN_NAMES),
 )
-OTHER_FIELDS = (  # all but the ranges
-    *ROBOT_FIELDS,
-    *TRACKING_FIELDS,
-    *GAS_FIELDS,
-    *(
-        field._replace(name=f"person{i}_{field.name}", meaning=f"person {i}: {field.meaning}")
-        for i in range(PERSON_SLOTS)
-        for field in PERSON_FIELDS
-    ),
-)
+OTHER_FIELDS = (*ROBOT_FIELDS, *TRACKING_FIELDS, *GAS_FIELDS, *PERSON_FIELDS)  # all but the ranges
 _FAR = ("distance_m", "time_to_closest_s", "closest_m")
 _EMPTY = np.array([float(field.name in _FAR) for field in PERSON_FIELDS], np.float32)
 _OWN, _GAS = len(ROBOT_FIELDS) + len(TRACKING_FIELDS), len(GAS_FIELDS)
@@ -126,18 +125,24 @@ _SCALE = np.array([field.scale for field in OTHER_FIELDS])
 class Layout:
     """The fields of an observation, in its order."""
 
-    def __init__(self, sensors: Sensors, *, has_people: bool, has_gas: bool = False) -> None:
+    def __init__(self, sensors: Sensors, *, person_slots: int, has_gas: bool = False) -> None:
         self.sensors = sensors
-        self.has_people = has_people
+        self.person_slots = person_slots
         self.has_gas = has_gas
         self.fields = (
             *(_range_field(sensor) for sensor in sensors),
-            *OTHER_FIELDS[:_OWN],
+            *ROBOT_FIELDS,
+            *TRACKING_FIELDS,
             *(GAS_FIELDS if has_gas else ()),
-            *(OTHER_FIELDS[_OWN + _GAS :] if has_people else ()),
+            *(_person_field(i, field) for i in range(person_slots) for field in PERSON_FIELDS),
         )
 
     @property
+    def has_people(self) -> bool:
+        """True if there are fields of people."""
+        return self.person_slots > 0
+
+    @cached_property
     def width(self) -> int:
         """Number of entries."""
         return len(self.fields)
@@ -147,12 +152,12 @@ class Layout:
         """Names of the entries."""
         return tuple(field.name for field in self.fields)
 
-    @property
+    @cached_property
     def low(self) -> npt.NDArray[np.float32]:
         """Lower bounds of the entries as observed, shape (width,)."""
         return np.array([field.low / field.scale for field in self.fields], np.float32)
 
-    @property
+    @cached_property
     def high(self) -> npt.NDArray[np.float32]:
         """Upper bounds of the entries as observed, shape (width,)."""
         return np.array([field.high / field.scale for field in self.fields], np.float32)
@@ -195,48 +200,129 @@ TIERS = ("sonar", "tracks", "privileged")
 
 
 @cache
-def layout_for(tier: str, ring: Ring = "paper", *, has_gas: bool = False) -> Layout:
-    """Return the layout of a tier's observations with a ring of sensors, and a gas sensor."""
-    return Layout(sensors_of(ring), has_people=tier != "sonar", has_gas=has_gas)
+def layout_with(sensors: Sensors, person_slots: int, has_gas: bool) -> Layout:
+    """Return the layout with some sensors, person slots and perhaps gas, always the same one."""
+    return Layout(sensors, person_slots=person_slots, has_gas=has_gas)
+
+
+def layout_for(
+    tier: str,
+    ring: Ring = "paper",
+    *,
+    has_gas: bool = False,
+    person_slots: int = PERSON_SLOTS,
+) -> Layout:
+    """Return the layout of a tier's observations.
+
+    Args:
+        tier: One of ``TIERS``.
+        ring: The ring of range sensors.
+        has_gas: Whether there is a gas sensor.
+        person_slots: Number of people, on tiers that observe them.
+    """
+    return layout_with(sensors_of(ring), 0 if tier == "sonar" else person_slots, has_gas)
 
 
 def layout_in(config: Config) -> Layout:
-    """Return the layout of the observations of an environment."""
-    return layout_for(config.tier, config.sensors.ring, has_gas=config.gas is not None)
+    """Return the layout of the observations of an environment.
+
+    Raises:
+        InvalidInput: An observation of this width is taken for another one (``layout_of``).
+    """
+    layout = layout_for(
+        config.tier,
+        config.sensors.ring,
+        has_gas=config.gas is not None,
+        person_slots=config.person_slots,
+    )
+    other = KNOWN.get(layout.width, layout)
+    if other.names != layout.names:
+        raise InvalidInput(
+            f"person_slots: given {config.person_slots} with {len(layout.sensors)} range sensors, "
+            f"whose observation has as many entries as {_told(other)}; allowed are others"
+        )
+    return layout
 
 
-def _layouts(ring: Ring) -> dict[int, Layout]:
-    """Return the layouts of observations with a ring, by their width."""
-    layouts = [layout_for(tier, ring, has_gas=gas) for gas in (False, True) for tier in TIERS]
+Family = dict[int, Layout]  # layouts by their width, which tells them apart
+
+
+@cache
+def _family(ring: Ring, person_slots: int) -> Family:
+    """Return the layouts of observations with a ring and a number of person slots."""
+    layouts = (
+        layout_for(tier, ring, has_gas=gas, person_slots=person_slots)
+        for gas in (False, True)
+        for tier in TIERS
+    )
     return {layout.width: layout for layout in layouts}
 
 
 LAYOUTS = {tier: layout_for(tier) for tier in TIERS}  # of the paper's ring
-KNOWN = {width: each for name in RINGS for width, each in _layouts(cast(Ring, name)).items()}
+KNOWN: Family = {
+    width: layout
+    for ring in RINGS
+    for width, layout in _family(cast(Ring, ring), PERSON_SLOTS).items()
+}
+_readable = ContextVar("_readable", default=KNOWN)
 
 
-def layout_of(observation: npt.ArrayLike, ring: Ring | None = None) -> Layout:
+@contextmanager
+def observing(config: Config) -> Iterator[None]:
+    """Let policies read the observations of an environment, in this context.
+
+    An observation holds no names, and ``predict`` of Stable-Baselines3 has no argument for them.
+    Without this context, ``layout_of`` knows only environments with a named ring and the default
+    number of person slots.
+    """
+    with observing_layout(layout_in(config)):
+        yield
+
+
+@contextmanager
+def observing_layout(layout: Layout) -> Iterator[None]:
+    """Let policies read observations of a layout, or of another tier with the same sensors."""
+    ring, slots = layout.sensors, layout.person_slots or PERSON_SLOTS
+    for named in RINGS.values():  # a ring as large as a named one is taken for it
+        ring = named if len(named) == len(ring) else ring
+    token = _readable.set(_family(ring, slots))
+    try:
+        yield
+    finally:
+        _readable.reset(token)
+
+
+def known_layout(width: int) -> Layout | None:
+    """Return the layout of observations of a width, if it is known (``observing``)."""
+    return _readable.get().get(width)
+
+
+def layout_of(observation: npt.ArrayLike) -> Layout:
     """Return the layout of an observation (..., width), from the size of its last axis.
 
-    Tiers with the same fields share a layout, so that the width determines it.
-
-    Args:
-        observation: The observation.
-        ring: ``sensors.ring`` of the config; None for one of the named ones.
+    Tiers with the same fields share a layout, so that the width determines it among the
+    environments that it can come from (``observing``).
 
     Raises:
         InvalidInput: The size of the last axis fits no layout.
     """
-    known = KNOWN if ring is None else _layouts(ring)
     width = np.shape(observation)[-1] if np.ndim(observation) else 0
-    if width in known:
-        return known[width]
-    allowed = ", ".join(
-        f"{layout.width} ({'tracks, privileged' if layout.has_people else 'sonar'} with "
-        f"{len(layout.sensors)} range sensors{' and gas' * layout.has_gas})"
-        for layout in known.values()
+    found = known_layout(width)
+    if found is not None:
+        return found
+    allowed = ", ".join(_told(layout) for layout in _readable.get().values())
+    raise InvalidInput(
+        f"observation: last axis has {width} entries, allowed are {allowed}; for an environment "
+        "with another ring or other person_slots ask within observing(env.unwrapped.config)"
     )
-    raise InvalidInput(f"observation: last axis has {width} entries, allowed are {allowed}")
+
+
+def _told(layout: Layout) -> str:
+    people = f"tracks, privileged with {layout.person_slots} people"
+    return (
+        f"{layout.width} ({people if layout.has_people else 'sonar'} with "
+        f"{len(layout.sensors)} range sensors{' and gas' * layout.has_gas})"
+    )
 
 
 def readings(seen: Mapping[str, Floats], sensors: Sensors) -> Floats:
@@ -244,13 +330,24 @@ def readings(seen: Mapping[str, Floats], sensors: Sensors) -> Floats:
     return np.stack([seen[_range_field(sensor).name] for sensor in sensors], axis=-1)
 
 
-def without_gas(observation: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-    """Return observations (..., width) without the fields of the gas sensor."""
-    layout = layout_of(observation)
-    if not layout.has_gas:
+def selected(observation: npt.NDArray[np.float32], layout: Layout) -> npt.NDArray[np.float32]:
+    """Return observations (..., width) with the fields of a smaller layout only.
+
+    Raises:
+        InvalidInput: They lack one of its fields.
+    """
+    given = layout_of(observation)
+    if given.names == layout.names:
         return observation
-    first = len(layout.sensors) + _OWN
-    return np.delete(observation, range(first, first + _GAS), axis=-1)
+    return observation[..., _columns(given, layout)]
+
+
+@cache
+def _columns(given: Layout, wanted: Layout) -> Ints:
+    for name in wanted.names:
+        if name not in given.names:
+            raise InvalidInput(f"observation: {_told(given)} has no field {name}")
+    return np.array([given.names.index(name) for name in wanted.names])
 
 
 def markdown_table(tier: str = "tracks") -> str:
@@ -267,12 +364,12 @@ def markdown_table(tier: str = "tracks") -> str:
 
 
 @scalar
-def _put(out: npt.NDArray[np.float32], i: int, value: float, absent: int = 0) -> int:
+def _put(out: npt.NDArray[np.float32], i: int, value: float, shift: int = 0) -> int:
     """Write one physical value into entry i behind the ranges; return the next entry's index.
 
-    ``absent`` is the number of fields of the table that are left out before it.
+    Entry i is field ``i + shift`` of the table.
     """
-    field = i + absent
+    field = i + shift
     out[i] = clip(value, _LOW[field], _HIGH[field]) / _SCALE[field]
     return i + 1
 
@@ -293,7 +390,7 @@ def _next_nearest(tracks: Records, robot: RobotRecord, beyond: float, last: int)
 
 @scalar
 def _put_person(
-    out: npt.NDArray[np.float32], i: int, track: TrackRecord, robot: RobotRecord, absent: int
+    out: npt.NDArray[np.float32], i: int, track: TrackRecord, robot: RobotRecord
 ) -> int:
     """Write the fields of one tracked person from entry i on."""
     dx, dy = track.x - robot.x, track.y - robot.y
@@ -301,17 +398,18 @@ def _put_person(
     distance = max(norm(dx, dy), 1e-9)
     rel_vx, rel_vy = track.vx - robot.v * cos_t, track.vy - robot.v * sin_t
     time_s, closest_m = closest_approach(dx, dy, rel_vx, rel_vy)
-    i = _put(out, i, 1.0, absent)
-    i = _put(out, i, distance, absent)
-    i = _put(out, i, (cos_t * dy - sin_t * dx) / distance, absent)
-    i = _put(out, i, (cos_t * dx + sin_t * dy) / distance, absent)
-    i = _put(out, i, norm(track.vx, track.vy), absent)
-    i = _put(out, i, (dx * track.vy - dy * track.vx) / distance, absent)
-    i = _put(out, i, -(dx * rel_vx + dy * rel_vy) / distance, absent)
-    i = _put(out, i, time_s, absent)
-    i = _put(out, i, closest_m, absent)
+    shift = _OWN + _GAS - i
+    i = _put(out, i, 1.0, shift)
+    i = _put(out, i, distance, shift)
+    i = _put(out, i, (cos_t * dy - sin_t * dx) / distance, shift)
+    i = _put(out, i, (cos_t * dx + sin_t * dy) / distance, shift)
+    i = _put(out, i, norm(track.vx, track.vy), shift)
+    i = _put(out, i, (dx * track.vy - dy * track.vx) / distance, shift)
+    i = _put(out, i, -(dx * rel_vx + dy * rel_vy) / distance, shift)
+    i = _put(out, i, time_s, shift)
+    i = _put(out, i, closest_m, shift)
     for pattern in range(CROSSING, CONFRONTING + 1):
-        i = _put(out, i, 1.0 if track.pattern == pattern else 0.0, absent)
+        i = _put(out, i, 1.0 if track.pattern == pattern else 0.0, shift)
     return i
 
 
@@ -324,9 +422,7 @@ def _put_empty(out: npt.NDArray[np.float32], i: int) -> int:
 
 
 @scalar
-def _put_people(
-    out: npt.NDArray[np.float32], i: int, tracks: Records, robot: RobotRecord, absent: int
-) -> None:
+def _put_people(out: npt.NDArray[np.float32], i: int, tracks: Records, robot: RobotRecord) -> None:
     """Write the nearest people, from entry i to the end; empty slots where there are fewer."""
     beyond, last = -1.0, -1
     while i < out.shape[0]:
@@ -335,10 +431,10 @@ def _put_people(
             i = _put_empty(out, i)
         else:
             beyond, last = norm(tracks[k].x - robot.x, tracks[k].y - robot.y), k
-            i = _put_person(out, i, tracks[k], robot, absent)
+            i = _put_person(out, i, tracks[k], robot)
 
 
-def person_fields(tracks: Records, robots: Records) -> dict[str, float]:
+def person_fields(tracks: Records, robots: Records, person_slots: int) -> dict[str, float]:
     """Return the person fields that ``observe`` writes, by name and in their units.
 
     It runs as plain Python, so that nothing is compiled.
@@ -346,11 +442,11 @@ def person_fields(tracks: Records, robots: Records) -> dict[str, float]:
     Args:
         tracks: (P,) TRACK records.
         robots: (1,) ROBOT record.
+        person_slots: Number of people in the observation.
     """
-    first = _OWN + _GAS
-    out = np.empty(PERSON_SLOTS * _PER_PERSON, np.float32)
-    _put_people(out, 0, tracks.view(np.recarray), robots.view(np.recarray)[0], first)
-    fields = OTHER_FIELDS[first:]
+    fields = [_person_field(i, field) for i in range(person_slots) for field in PERSON_FIELDS]
+    out = np.empty(len(fields), np.float32)
+    _put_people(out, 0, tracks.view(np.recarray), robots.view(np.recarray)[0])
     return {
         field.name: float(value) * field.scale for field, value in zip(fields, out, strict=True)
     }
@@ -382,7 +478,6 @@ def observe(
     i = _put(rest, i, robot.theta_e)
     i = _put(rest, i, path_length(path) - robot.s - robot.x_e)
     i = _put(rest, i, path_pose(path, robot.s + LOOK_AHEAD_M)[3])
-    absent = _GAS if gas.shape[0] == 0 else 0
     for k in range(gas.shape[0]):
         i = _put(rest, i, gas[k].smell.smooth)
         i = _put(rest, i, reading_rate(gas[k].smell))
@@ -390,7 +485,7 @@ def observe(
         i = _put(rest, i, gas[k].smell.has_sounded)
         for j in range(GAS_HISTORY):
             i = _put(rest, i, gas[k].smell.past[j])
-    _put_people(rest, i, tracks, robot, absent)
+    _put_people(rest, i, tracks, robot)
 
 
 @lean_kernel

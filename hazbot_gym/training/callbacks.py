@@ -23,6 +23,7 @@ from stable_baselines3.common.callbacks import BaseCallback, EventCallback
 from hazbot_gym.evaluation import rollout
 from hazbot_gym.policies.guard import Observations
 from hazbot_gym.policies.residual import on_its_base
+from hazbot_gym.task.observation import layout_in
 from hazbot_gym.training import checkpoints
 from hazbot_gym.training.config import TrainConfig
 from hazbot_gym.training.curriculum import Curriculum, check_overrides
@@ -53,10 +54,12 @@ def restart_episodes(model: BaseAlgorithm, seed: int) -> None:
 
 def export_best(model: BaseAlgorithm, config: TrainConfig, out: Path, best: Validated) -> None:
     """Export the best model of a run so far, with its validation."""
+    environment = config.environments()[0]
     export_model(
         model,
         out / POLICY,
-        tier=config.environments()[0].tier,
+        tier=environment.tier,
+        layout=layout_in(environment),
         residual=config.residual.model_dump() if config.residual else None,
         training=read_json(out / MANIFEST),
         results=best,

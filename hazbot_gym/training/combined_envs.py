@@ -19,6 +19,8 @@ from hazbot_gym.core.state import Floats
 from hazbot_gym.envs.arguments import Info
 from hazbot_gym.envs.sb3 import CorridorVecEnv
 from hazbot_gym.errors import InvalidInput
+from hazbot_gym.evaluation.driver import driver_of
+from hazbot_gym.policies.base import Policy
 from hazbot_gym.policies.guard import Flags, Observations
 from hazbot_gym.task.reward import TERMS, terms_of
 from hazbot_gym.training.staggered_starts import stagger
@@ -159,6 +161,23 @@ def joined(parts: Sequence[Observations]) -> Observations:
 def aligned(rows: int, columns: int) -> Observations:
     """Return an aligned array."""
     return torch.empty(rows, columns).numpy()
+
+
+def driver_in(envs: VecEnv, policy: Policy, name: str) -> Policy:
+    """Return a policy that can be asked in all the environments.
+
+    Args:
+        envs: The environments, perhaps under wrappers; their observations have the same fields.
+        policy: The policy.
+        name: Its name, for messages.
+
+    Raises:
+        InvalidInput: It is made for another robot than that of one of them.
+    """
+    *_, driver = (
+        driver_of(policy, config, name) for config in cast(CombinedEnvs, envs.unwrapped).configs
+    )
+    return driver
 
 
 def policy_width(envs: VecEnv) -> int:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import fnmatch
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -17,6 +17,7 @@ from annotated_types import Ge, Gt, Le
 from pydantic import Field, ValidationError, ValidationInfo, field_validator
 
 from hazbot_gym.config import Config
+from hazbot_gym.config.parameters import MOST_PEOPLE
 from hazbot_gym.config.section import Loose, Section, first_error
 from hazbot_gym.core.sensor_ring import RINGS
 from hazbot_gym.envs.registration import NAMESPACE, full_id
@@ -24,7 +25,7 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation import rollout
 from hazbot_gym.evaluation.field_types import Engine, Names, SomeNames, Steps
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
-from hazbot_gym.task.observation import KNOWN, Layout, layout_in
+from hazbot_gym.task.observation import Layout, layout_with
 from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.yaml_loader import read_yaml
 
@@ -170,7 +171,7 @@ class TrainConfig(Section):
     @classmethod
     def _are_fields(cls, patterns: tuple[str, ...]) -> tuple[str, ...]:
         for pattern in patterns:
-            if not any(hidden_entries([pattern], layout) for layout in KNOWN.values()):
+            if not any(hidden_entries([pattern], layout) for layout in _largest()):
                 raise ValueError(
                     f"given {pattern!r}, allowed are names of the observation's fields, * in them "
                     "for anything"
@@ -194,12 +195,6 @@ class TrainConfig(Section):
 
 def _environment(env: str, overrides: dict[str, object]) -> Config:
     config, _ = rollout.resolve(ScenarioSet(name=env, env=env, overrides=overrides))
-    ring = config.sensors.ring
-    if layout_in(config).width not in KNOWN:
-        known = " or ".join(f"{len(sensors)} ({name!r})" for name, sensors in RINGS.items())
-        raise InvalidInput(
-            f"sensors.ring: given a list of {len(ring)}, allowed for training are {known} sensors"
-        )
     return config
 
 
@@ -215,6 +210,12 @@ def load_training(path: Path | str | None = None, **changes: object) -> TrainCon
         return TrainConfig.model_validate(values)
     except ValidationError as error:
         raise InvalidInput(first_error(error, TrainConfig)) from error
+
+
+def _largest() -> Iterator[Layout]:
+    """Yield layouts with all the fields that observations with a named ring can have."""
+    for ring in RINGS.values():
+        yield layout_with(ring, MOST_PEOPLE, True)
 
 
 def hidden_entries(patterns: Sequence[str], layout: Layout) -> list[int]:

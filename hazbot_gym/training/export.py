@@ -9,6 +9,7 @@ from pathlib import Path
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.actor_file import Trained, card, describe, write
 from hazbot_gym.policies.from_sb3 import actor_of
+from hazbot_gym.task.observation import Layout
 from hazbot_gym.utils.files import write_bytes, write_text
 
 
@@ -17,6 +18,7 @@ def export_model(
     path: Path,
     *,
     tier: str,
+    layout: Layout | None = None,
     normalize: object = None,
     residual: Mapping[str, object] | None = None,
     training: Mapping[str, object] | None = None,
@@ -29,6 +31,7 @@ def export_model(
         model: A model supported by ``from_sb3.actor_of``.
         path: Path of the ``.npz``; the card gets the suffix ``.md``.
         tier: Information tier of its observations.
+        layout: Layout of its observations, as of ``actor_file.describe``.
         normalize: The ``VecNormalize`` of its training, if any.
         residual: Base policy and scale of a residual policy, else None.
         training: Provenance: config, seed, versions, commit.
@@ -41,7 +44,13 @@ def export_model(
     """
     actor, name = actor_of(model, normalize), type(model).__name__
     trained = describe(
-        actor, algorithm=name, tier=tier, residual=residual, training=training, results=results
+        actor,
+        algorithm=name,
+        tier=tier,
+        layout=layout,
+        residual=residual,
+        training=training,
+        results=results,
     )
     export_actor(trained, path, overwrite=overwrite)
     return trained

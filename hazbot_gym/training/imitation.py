@@ -19,8 +19,7 @@ from hazbot_gym.core.state import Floats
 from hazbot_gym.evaluation import rollout
 from hazbot_gym.policies.base import NO_CODE, Permissions, Policy, make
 from hazbot_gym.policies.guard import Flags, Observations
-from hazbot_gym.policies.made_for import check_made_for
-from hazbot_gym.training.combined_envs import CombinedEnvs, policy_width
+from hazbot_gym.training.combined_envs import driver_in, policy_width
 from hazbot_gym.training.config import Imitation, TrainConfig
 from hazbot_gym.training.vec_envs import require_speeds
 
@@ -47,8 +46,7 @@ def teacher_of(imitation: Imitation, envs: VecEnv, allowed: Permissions = NO_COD
     """
     require_speeds(envs, "imitation")
     teacher = make(imitation.teacher, **allowed._asdict())
-    for config in cast(CombinedEnvs, envs.unwrapped).configs:
-        check_made_for(teacher, config, imitation.teacher)
+    teacher = driver_in(envs, teacher, imitation.teacher)
     teacher.predict(np.zeros((1, policy_width(envs)), np.float32))
     return teacher
 

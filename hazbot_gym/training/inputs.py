@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.evaluation.inputs import edited, of_policy, of_set
+from hazbot_gym.evaluation.inputs import Blank, edited, of_policy, of_set
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.policies.base import NO_CODE, Permissions
 from hazbot_gym.task.observation import layout_in
@@ -18,7 +18,7 @@ def of_training(config: TrainConfig, allowed: Permissions = NO_CODE) -> list[Pat
     sets = [ScenarioSet(name=env, env=env, overrides=config.overrides) for env in config.env]
     teacher = config.imitation.teacher if config.imitation else None
     configs = config.environments()
-    blanks = {(1, layout_in(each).width) for each in configs}
+    blanks = {Blank(layout_in(each), (1,)) for each in configs}
     found = [path for each in sets for path in of_set(each)]
     return [*dict.fromkeys(found), *(of_policy(teacher, blanks, allowed) if teacher else [])]
 

@@ -10,9 +10,8 @@ from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvStepReturn
 
 from hazbot_gym.policies.guard import Observations
-from hazbot_gym.policies.made_for import check_made_for
 from hazbot_gym.policies.residual import base_of, corrected
-from hazbot_gym.training.combined_envs import CombinedEnvs, policy_width
+from hazbot_gym.training.combined_envs import driver_in, policy_width
 from hazbot_gym.training.config import Residual
 from hazbot_gym.training.vec_envs import require_speeds
 
@@ -29,9 +28,8 @@ class ResidualEnvs(VecEnvWrapper):
         """
         require_speeds(envs, "residual")
         super().__init__(envs)
-        self.base, self.correction_scale = base_of(residual.base), residual.scale
-        for config in cast(CombinedEnvs, envs.unwrapped).configs:
-            check_made_for(self.base, config, residual.base)
+        self.base = driver_in(envs, base_of(residual.base), residual.base)
+        self.correction_scale = residual.scale
         self._width = policy_width(envs)
         self._begin(np.zeros((envs.num_envs, self._width), np.float32))
         self._act()

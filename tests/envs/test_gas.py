@@ -12,8 +12,8 @@ import pytest
 from hazbot_gym.core.gas import Plume, concentration
 from hazbot_gym.core.state import Floats
 from hazbot_gym.envs.corridor import CorridorEnv
-from hazbot_gym.task.observation import without_gas
 from hazbot_gym.task.survey import FALSE_ALARM
+from tests.gas_columns import without_gas
 
 ALONE: dict[str, Any] = {"count": [0, 0]}
 STRONG: dict[str, Any] = {"leak_share": 1.0, "strength_ppm": [500.0, 500.0]}

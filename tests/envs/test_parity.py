@@ -217,6 +217,9 @@ VARIANTS: dict[str, dict[str, Any]] = {
             "ultrasonic": {"sequential": True},
         }
     },
+    "seven person slots": {"person_slots": 7, "people": {"count": [8, 8]}},
+    "one person slot, beside gas": {"person_slots": 1, "gas": {}},
+    "fast drive": {"drive": {"nominal_speed_mps": 2.0}, "place": "circle"},
     "reflex": {"drive": {"reflex_stop_m": 1.0}, "tier": "sonar"},
     "slow drive": {"drive": {"latency_steps": 7, "start_speed_mps": 0.2}},
     "slow drive with a reflex": {"drive": {"latency_steps": 4, "reflex_stop_m": 1.0}},

@@ -16,7 +16,10 @@ from hazbot_gym.policies import Permissions
 from hazbot_gym.policies.learned import SHIPPED
 from hazbot_gym.study.config import StudyConfig, load_study
 from hazbot_gym.study.stamps import Stamps
+from hazbot_gym.task.observation import LAYOUTS
 from tests.refusals import refused
+
+BLANK = inputs.Blank(LAYOUTS["tracks"], (2,))
 
 PLACE: dict[str, Any] = {
     "name": "lab",
@@ -64,16 +67,16 @@ def policy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
 
 def test_a_policy_depends_on_all_that_it_imports_and_opens(policy: list[Path]) -> None:
     allowed = Permissions(allow_code=True)
-    assert inputs.of_policy("policy_under_test:Mine", [(2, 3)], allowed) == policy
+    assert inputs.of_policy("policy_under_test:Mine", [BLANK], allowed) == policy
     with refused("--allow-code"):
-        inputs.of_policy("policy_under_test:Mine", [(2, 3)])
+        inputs.of_policy("policy_under_test:Mine", [BLANK])
 
 
 def test_policies_of_the_library_depend_on_their_weights_alone(tmp_path: Path) -> None:
-    assert inputs.of_policy("ttc:horizon_s=2", [(2, 3)]) == []
-    assert inputs.of_policy("ppo", [(2, 3)]) == []
+    assert inputs.of_policy("ttc:horizon_s=2", [BLANK]) == []
+    assert inputs.of_policy("ppo", [BLANK]) == []
     weights = Path(shutil.copy(SHIPPED / "ppo_tracks.npz", tmp_path))
-    assert inputs.of_policy(f"learned:path={weights}", [(2, 3)]) == [weights]
+    assert inputs.of_policy(f"learned:path={weights}", [BLANK]) == [weights]
 
 
 def circle(name: str, **overrides: Any) -> ScenarioSet:

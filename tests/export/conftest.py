@@ -14,7 +14,7 @@ from hazbot_gym.policies.actor import Actor, Normalisation
 from hazbot_gym.policies.actor_file import describe, write
 from hazbot_gym.policies.layer import Layer
 from hazbot_gym.policies.lstm import Lstm
-from hazbot_gym.task.observation import LAYOUTS
+from hazbot_gym.task.observation import PERSON_SLOTS, layout_for
 
 
 @pytest.fixture
@@ -24,9 +24,11 @@ def spec_of(tmp_path: Path) -> Callable[..., str]:
     def written(
         *, tier: str = "sonar", activation: str = "tanh", head: str = "clipped",
         lstm: int = 0, normalised: bool = False, residual: Any = None,
+        slots: int = PERSON_SLOTS,
     ) -> str:  # fmt: skip
         rng = np.random.default_rng(7)
-        width = LAYOUTS[tier].width
+        layout = layout_for(tier, person_slots=slots)
+        width = layout.width
 
         def layer(inputs: int, outputs: int) -> Layer:
             weight = rng.normal(size=(inputs, outputs)) / np.sqrt(inputs)
@@ -49,7 +51,8 @@ def spec_of(tmp_path: Path) -> Callable[..., str]:
         )
         file = tmp_path / "actor.npz"
         with file.open("wb") as opened:
-            write(describe(actor, algorithm="PPO", tier=tier, residual=residual), opened)
+            about = {"algorithm": "PPO", "tier": tier, "residual": residual}
+            write(describe(actor, layout=layout, **about), opened)
         return f"learned:path={file}"
 
     return written

@@ -27,7 +27,11 @@ ACTORS: list[dict[str, Any]] = [
     {"lstm": 6, "normalised": True},
     {"residual": {"base": "constant:fraction=0.7", "scale": 0.5}},
     {"tier": "tracks", "lstm": 5, "residual": {"base": "ssm:mode=strict", "scale": 1.0}},
+    {"tier": "tracks", "slots": 6, "residual": {"base": "ssm:mode=strict", "scale": 0.5}},
 ]
+CROWDED: dict[str, Any] = {  # more entries than a byte can count
+    "tier": "tracks", "slots": 20, "residual": {"base": "fuzzy_expert", "scale": 0.5},
+}  # fmt: skip
 LISTENING: dict[str, Any] = {"lstm": 6, "residual": {"base": "fuzzy_expert", "scale": 0.5}}
 RULES = [
     "fuzzy_expert",
@@ -61,7 +65,7 @@ def compiled(folder: Path) -> subprocess.CompletedProcess[str]:
 
 
 @needs_gcc
-@pytest.mark.parametrize("actor", [*ACTORS, LISTENING], ids=label)
+@pytest.mark.parametrize("actor", [*ACTORS, CROWDED, LISTENING], ids=label)
 def test_networks_in_c_answer_as_python(
     actor: dict[str, Any], spec_of: Callable[..., str], tmp_path: Path
 ) -> None:

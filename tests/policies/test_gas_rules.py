@@ -16,7 +16,8 @@ from hazbot_gym.evaluation.rollout import evaluate
 from hazbot_gym.policies.actor import Actor
 from hazbot_gym.policies.actor_file import describe, write
 from hazbot_gym.policies.layer import Layer
-from hazbot_gym.task.observation import layout_for, without_gas
+from hazbot_gym.task.observation import layout_for
+from tests.gas_columns import without_gas
 from tests.refusals import refused
 
 Maker = Callable[..., Any]

@@ -17,7 +17,7 @@ from hazbot_gym.policies.guard import Guarded
 from hazbot_gym.policies.layer import Layer
 from hazbot_gym.policies.lstm import Lstm
 from hazbot_gym.task.action import speed_action
-from hazbot_gym.task.observation import LAYOUTS
+from hazbot_gym.task.observation import LAYOUTS, layout_of
 from tests.refusals import refused
 
 RULES = (
@@ -32,7 +32,6 @@ RULES = (
 )
 ABOUT_GAS = ("slow_on_rise", "undo_lag")
 NETWORKS = ("plain", "normalised", "levels", "memory", "residual", "residual memory")
-BEYOND = (np.nan, np.inf, -np.inf, 1.01, -1.01)
 
 
 def layer(rng: np.random.Generator, inputs: int, outputs: int) -> Layer:
@@ -76,7 +75,8 @@ def test_whoever_cannot_see_stops_and_the_rows_beside_drive_on(
     policy, good = made(kind, tier, tmp_path), seen(tier, has_gas=kind in ABOUT_GAS)
     width = good.shape[1]
     expected, _ = policy.predict(good[: 2 * width])
-    for value in BEYOND:
+    layout = layout_of(good)
+    for value in (np.nan, np.inf, -np.inf, layout.high + 0.01, layout.low - 0.01):
         bad = good[: 2 * width].copy()
         bad[np.arange(width), np.arange(width)] = value  # another entry in each row
         action, _ = policy.predict(bad)

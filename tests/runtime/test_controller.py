@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from hazbot_gym import SpeedController, make_policy
+from hazbot_gym.evaluation.driver import driver_of
 from hazbot_gym.policies.actor import Actor
 from hazbot_gym.policies.actor_file import describe, write
 from hazbot_gym.policies.layer import Layer
@@ -90,10 +91,12 @@ def people_seen(env: Any) -> list[Person]:
     return found
 
 
-@pytest.mark.parametrize("policy", ["fuzzy_expert", "ppo"])
-def test_speeds_are_those_of_the_simulator_through_an_episode(policy: str) -> None:
-    env = gymnasium.make("hazbot_gym/Encountering-v1", max_episode_steps=150).unwrapped
-    controller, asked = controlled(policy, dead_band_mps=0.0), make_policy(policy)
+@pytest.mark.parametrize(("policy", "slots"), [("fuzzy_expert", 3), ("ppo", 3), ("ppo", 5)])
+def test_speeds_are_those_of_the_simulator_through_an_episode(policy: str, slots: int) -> None:
+    values = {"max_episode_steps": 150, "person_slots": slots}
+    env = gymnasium.make("hazbot_gym/Encountering-v1", **values).unwrapped
+    controller = controlled(policy, dead_band_mps=0.0, person_slots=slots)
+    asked = driver_of(make_policy(policy), env.config)
     observation, _ = env.reset(seed=3)
     met = 0
     for _ in range(150):

@@ -11,7 +11,7 @@ def pattern(fields: dict[str, float]) -> str:
 
 
 def test_a_pattern_is_held_by_the_track_within_the_social_distance() -> None:
-    encounters = Encounters(0.5)
+    encounters = Encounters(0.5, 3)
     coming = Person(3.0, 0.1, -1.2, 0.0, track="a")
     beside = Person(1.5, 0.1, 0.0, 1.2, track="a")  # has turned to the side
 
@@ -24,7 +24,7 @@ def test_a_pattern_is_held_by_the_track_within_the_social_distance() -> None:
 
 @pytest.mark.parametrize("forget", [True, False])
 def test_without_a_track_or_after_forgetting_the_pattern_is_new(forget: bool) -> None:
-    encounters = Encounters(0.5)
+    encounters = Encounters(0.5, 3)
     track = "a" if forget else None
     encounters.fields([Person(3.0, 0.1, -1.2, 0.0, track)], 0.5)
     if forget:
@@ -33,7 +33,7 @@ def test_without_a_track_or_after_forgetting_the_pattern_is_new(forget: bool) ->
 
 
 def test_people_out_of_the_tracker_s_range_are_left_out() -> None:
-    fields = Encounters(0.5).fields([Person(8.1, 0.0, -1.0, 0.0)], 0.5)
+    fields = Encounters(0.5, 3).fields([Person(8.1, 0.0, -1.0, 0.0)], 0.5)
     assert fields["person0_present"] == 0.0
 
 

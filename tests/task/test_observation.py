@@ -30,13 +30,15 @@ from hazbot_gym.task.observation import (
     PERSON_FIELDS,
     PERSON_SLOTS,
     TIERS,
+    TRACKER_RANGE_M,
     Layout,
     layout_for,
     layout_in,
     layout_of,
     markdown_table,
     observe_kernel,
-    without_gas,
+    observing,
+    selected,
 )
 from tests.refusals import refused
 
@@ -180,9 +182,8 @@ def test_values_beyond_their_bounds_are_clipped_to_the_observation_space(sign: f
 
     assert (observation >= LAYOUT.low).all()
     assert (observation <= LAYOUT.high).all()
-    assert np.abs(observation[:7]).tolist() == (
-        [1.0] * 7 if sign > 0.0 else [0.0] * 4 + [1.0, 1.0, 0.0]
-    )
+    bounds = LAYOUT.high if sign > 0.0 else LAYOUT.low
+    assert observation[:7].tolist() == bounds[:7].tolist()
 
 
 def test_tier_without_people_is_the_beginning_of_the_others() -> None:
@@ -235,12 +236,12 @@ def test_an_observation_without_its_gas_sensor_is_that_of_the_layout_without(
 ) -> None:
     with_gas, without = (layout_for(tier, ring, has_gas=has) for has in (True, False))
     rows = np.random.default_rng(0).uniform(-1.0, 1.0, (5, with_gas.width)).astype(np.float32)
-    rest = without_gas(rows)
+    rest = selected(rows, without)
 
     assert layout_of(rest) is layout_of(np.zeros(without.width))
     kept = [with_gas.names.index(name) for name in without.names]
     assert np.array_equal(rest, rows[:, kept])
-    assert without_gas(rest) is rest
+    assert selected(rest, without) is rest
 
 
 @pytest.mark.parametrize("tier", LAYOUTS)
@@ -248,8 +249,10 @@ def test_layout_agrees_with_the_table_of_fields(tier: str) -> None:
     layout = LAYOUTS[tier]
 
     assert layout.width == len(layout.names) == len(layout.fields) == len(set(layout.names))
-    assert np.abs([layout.low, layout.high]).max() == 1.0
     assert (layout.low < layout.high).all()
+    wide = {name for name, high in zip(layout.names, layout.high, strict=True) if high > 1.0}
+    closing = {f"person{i}_closing_mps" for i in range(layout.person_slots)}
+    assert wide == {"speed_mps", "yaw_rate_radps", "command_mps", *closing}
 
 
 def test_decoding_keeps_leading_axes() -> None:
@@ -273,14 +276,59 @@ def test_each_sensor_of_a_ring_adds_a_range_and_moves_the_rest() -> None:
     assert six.low[:6].tolist() == [0.0] * 6
 
 
-def test_layout_of_a_ring_of_ones_own_is_asked_for_by_the_ring() -> None:
+def test_a_ring_of_ones_own_is_read_where_its_environment_is_named() -> None:
     ring = RangeSensor("ahead", 0.0), RangeSensor("behind", 3.0)
+    config = make_config(sensors={"ring": ring})
+    tracks = layout_in(config)
 
-    sonar, tracks = layout_of(np.zeros(10), ring), layout_of(np.zeros(49), ring)
-    assert sonar.names == ("range_ahead_m", "range_behind_m", *LAYOUT.names[4:12])
-    assert tracks.names[2:] == LAYOUT.names[4:]
-    with refused("12 ... allowed ... 10 ... sonar ... 2"):
-        layout_of(np.zeros(12), ring)
+    assert tracks.names == ("range_ahead_m", "range_behind_m", *LAYOUT.names[4:])
+    with observing(config):
+        assert layout_of(np.zeros(tracks.width)) is tracks
+        assert layout_of(np.zeros(10)).names == tracks.names[:10]
+        with refused("12 ... allowed ... 10 ... sonar ... 2"):
+            layout_of(np.zeros(12))
+    with refused(f"{tracks.width} ... observing"):
+        layout_of(np.zeros(tracks.width))
+
+
+@pytest.mark.parametrize("slots", [1, 2, 5, 64])
+def test_person_slots_are_read_where_their_environment_is_named(slots: int) -> None:
+    config = make_config(person_slots=slots)
+    layout = layout_in(config)
+
+    assert layout.width == LAYOUT.width + (slots - PERSON_SLOTS) * len(PERSON_FIELDS)
+    assert sum(name.endswith("_present") for name in layout.names) == slots
+    with observing(config):
+        assert layout_of(np.zeros(layout.width)) is layout
+        with refused(f"{LAYOUT.width} ... {slots} people"):
+            layout_of(np.zeros(LAYOUT.width))
+    with refused(f"{layout.width} ... person_slots"):
+        layout_of(np.zeros(layout.width))
+
+
+def test_more_slots_hold_the_next_nearest_people() -> None:
+    people = seen(*(at(float(distance), 10.0) for distance in (3, 1, 4, 2, 5)))
+    for slots in (1, 3, 5, 7):
+        layout = layout_for("tracks", person_slots=slots)
+        fields = layout.decode(observation_of(tracks=people, layout=layout))
+        there = [round(float(fields[f"person{i}_distance_m"]), 6) for i in range(slots)]
+        assert there == [1.0, 2.0, 3.0, 4.0, 5.0, TRACKER_RANGE_M, TRACKER_RANGE_M][:slots]
+        fewer = layout_for("tracks", person_slots=1)
+        same = fewer.decode(observation_of(tracks=people, layout=fewer))
+        assert {name: fields[name] for name in fewer.names} == same
+
+
+def test_an_observation_that_would_be_taken_for_another_one_is_refused() -> None:
+    ring = [{"name": f"s{i}", "angle_rad": 0.1 * i} for i in range(5)]
+    with refused("person_slots ... 4 ... 5 range sensors ... gas"):
+        layout_in(make_config(sensors={"ring": ring}, person_slots=4))
+
+
+def test_contexts_end_where_they_began() -> None:
+    config = make_config(person_slots=5)
+    with observing(config), pytest.raises(ZeroDivisionError), observing(make_config()):
+        _ = 1 / 0
+    assert layout_of(np.zeros(LAYOUT.width)) is LAYOUT
 
 
 @pytest.mark.parametrize("shape", [(12,), (7, 12), (14,), (51,), (2, 3, 51), (53,), (26,), (3, 65)])

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hazbot_gym.core.state import CROSSING, NO_PATTERN, ROBOT, TRACK, records
-from hazbot_gym.task.observation import LAYOUTS, layout_for, person_fields
+from hazbot_gym.core.state import CROSSING, NO_PATTERN, ROBOT, TOP_SPEED_MPS, TRACK, records
+from hazbot_gym.task.observation import LAYOUTS, PERSON_SLOTS, layout_for, person_fields
 from tests.refusals import refused
 
 ALL = [
@@ -35,7 +35,7 @@ def test_values_out_of_bounds_are_clipped_and_nan_stays() -> None:
     decoded = layout.decode(layout.encode(fields))
 
     assert decoded["range_left_m"] == 4.0
-    assert decoded["speed_mps"] == -1.0
+    assert decoded["speed_mps"] == -TOP_SPEED_MPS
     assert np.isnan(decoded["x_e_m"])
 
 
@@ -55,7 +55,7 @@ def test_person_fields_are_those_of_the_nearest_people() -> None:
     robot["v"] = 0.4
     tracks["visible"], tracks["pattern"] = 1, (CROSSING, NO_PATTERN)
     tracks["x"], tracks["y"], tracks["vx"] = (3.0, 1.5), (4.0, 0.0), (-0.6, 0.0)
-    fields = person_fields(tracks, robot)
+    fields = person_fields(tracks, robot, PERSON_SLOTS)
 
     assert list(fields) == [name for name in LAYOUTS["tracks"].names if name.startswith("person")]
     assert fields["person0_distance_m"] == 1.5

@@ -11,7 +11,7 @@ import pytest
 from rich.console import Console
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-from hazbot_gym import policies
+from hazbot_gym import evaluate, policies
 from hazbot_gym.policies.base import Permissions
 from hazbot_gym.policies.learned import SHIPPED
 from hazbot_gym.training import callbacks, checkpoints
@@ -230,6 +230,18 @@ def test_the_best_model_on_validation_is_the_one_that_is_kept(
 def test_the_pymunk_engine_trains_too(tmp_path: Path) -> None:
     result = train(tiny(engine="pymunk", worlds=2, steps=64), tmp_path)
     assert result.model.num_timesteps == 64
+
+
+@pytest.mark.parametrize("name", ["ppo_residual", "dagger"])
+def test_other_observations_are_trained_on_and_driven_with(name: str, tmp_path: Path) -> None:
+    ring = [{"name": f"s{i}", "angle_rad": 0.3 * i} for i in range(3)]
+    overrides = {**SHORT, "person_slots": 5, "sensors": {"ring": ring}}
+    result = train(tiny(name, overrides=overrides), tmp_path / name)
+    spec, env = f"learned:path={result.policy}", "hazbot_gym/Corridor-v1"
+
+    assert len(evaluate(spec, env, episodes=2, overrides=overrides)) == 2
+    with refused("sensors.ring ... 4 ... 3"):
+        evaluate(spec, env, episodes=2, overrides={"person_slots": 5})
 
 
 def test_several_environments_are_trained_on_side_by_side(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ static const unsigned char premises[{{ rule.rules | length }}][3] = {
 };
 {{ doubles("kept_share", rule.kept) }}
 /* Person fields: present, distance, speed, cosine of the bearing, closing speed, patterns. */
-static const unsigned char person_entries[{{ rule.entries | length }}][{{ rule.entries[0] | length }}] = {
+static const unsigned {{ entry }} person_entries[{{ rule.entries | length }}][{{ rule.entries[0] | length }}] = {
 {% for row in rule.entries %}
     { {{ row | join(", ") }} },
 {% endfor %}
@@ -79,7 +79,7 @@ static float rule_share(const float *observation)
     double kept = 1.0;
     int i, k;
     for (i = 0; i < {{ rule.entries | length }}; i++) {
-        const unsigned char *at = person_entries[i];
+        const unsigned {{ entry }} *at = person_entries[i];
         double away_m = (double)observation[at[1]] * person_scales[1] / {{ rule.scale | double }};
         double speed_mps = (double)observation[at[2]] * person_scales[2];
         double share;

@@ -9,7 +9,7 @@ import pytest
 
 from hazbot_gym import evaluate, make_policy, run_episode
 from hazbot_gym.config import make_config
-from hazbot_gym.policies.made_for import check_made_for
+from hazbot_gym.evaluation.driver import check_made_for
 from tests.refusals import refused
 
 FAST: dict[str, Any] = {"drive": {"nominal_speed_mps": 1.5}}
