@@ -20,7 +20,7 @@ MIDDLE = ("training", "evaluation", "policies", *ENGINES)
 BELOW = {
     "__init__": ("envs", "training", "evaluation", "runtime", "policies", "task", "config", "core"),
     "__main__": ("cli",),
-    "cli": ("bench", "export", "paper", "viewer", "calibration", "study", *MIDDLE),
+    "cli": ("bench", "export", "live", "paper", "viewer", "calibration", "study", *MIDDLE),
     "bench": ("study", "export", "runtime", *MIDDLE),
     "paper": ("evaluation", "policies", *ENGINES),
     "study": MIDDLE,
@@ -40,6 +40,7 @@ BELOW = {
         "utils",
     ),
     "viewer": ("evaluation", "policies", *ENGINES),
+    "live": ("evaluation", "policies", *ENGINES),
     "export": ("runtime", "policies", "task.observation", "core", "utils"),
     "runtime": ("policies", "task.action", "task.observation", "config", "core", "utils"),
     "training": ("evaluation", "policies", *ENGINES),
@@ -104,6 +105,10 @@ HOMES = {
     "optuna": ("study.tuning",),
     "ray": ("evaluation.ray_cluster",),
     "typer": ("cli",),
+    "starlette": ("live.server",),
+    "uvicorn": ("live.server",),
+    "websockets": ("live.server",),
+    "anyio": ("live.server",),
 }
 
 

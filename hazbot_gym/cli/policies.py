@@ -1,4 +1,4 @@
-"""Commands of one policy: ``train``, ``eval``, ``dataset``, ``watch``, ``export``."""
+"""Commands of one policy: ``train``, ``eval``, ``dataset``, ``watch``, ``play``, ``export``."""
 
 from __future__ import annotations
 
@@ -165,6 +165,26 @@ def watch(
     terminal.output_console().print(viewer.table(rows))
     if file is not None:
         terminal.output_console().print(f"Saved: {file}", soft_wrap=True)
+
+
+@app.command()
+def play(
+    policy: Annotated[
+        str | None, typer.Option(help="Who drives first; you take over with an arrow key.")
+    ] = None,
+    env: Annotated[str | None, typer.Option(help="Environment id.")] = None,
+    link: Annotated[
+        str | None, typer.Option(help="A link copied from the page, or its part behind the ?.")
+    ] = None,
+    port: Annotated[int, typer.Option(help="Port on this machine; 0: any that is free.")] = 8765,
+    no_browser: Annotated[
+        bool, typer.Option("--no-browser", help="Print the address, and open no browser.")
+    ] = False,
+) -> None:
+    """Drive the robot in a browser, drag people, and swap policies while it drives."""
+    from hazbot_gym.live import launch
+
+    launch.play(launch.settings_of(link, env=env, policy=policy), port, opens=not no_browser)
 
 
 @app.command()

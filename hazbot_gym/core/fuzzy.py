@@ -82,7 +82,7 @@ def rule_weight(m1: float, m2: float, m3: float, is_product: bool) -> float:
 
 
 @scalar
-def _weight(
+def weight_in(
     j: int, distance_m: float, speed_mps: float, pattern: int, controller: SpeedRules
 ) -> float:
     """Return the weight w_j of rule j beside one person; arguments as of ``kept_fraction``."""
@@ -121,7 +121,7 @@ def kept_fraction(
         return _centroid(distance_m, speed_mps, pattern, controller)
     sum_w, sum_kept = 0.0, 0.0
     for j in range(controller.rules.shape[0]):
-        w = _weight(j, distance_m, speed_mps, pattern, controller)
+        w = weight_in(j, distance_m, speed_mps, pattern, controller)
         sum_w += w
         sum_kept += w * controller.rules[j, 3]
     return sum_kept / sum_w if sum_w >= NO_RULE_WEIGHT else 1.0
@@ -137,7 +137,7 @@ def _centroid(distance_m: float, speed_mps: float, pattern: int, controller: Spe
     for i in range(CENTROID_POINTS):
         x, mu = i / (CENTROID_POINTS - 1), 0.0
         for j in range(controller.rules.shape[0]):
-            w = _weight(j, distance_m, speed_mps, pattern, controller)
+            w = weight_in(j, distance_m, speed_mps, pattern, controller)
             mu = max(mu, min(w, gauss(x, controller.rules[j, 3], controller.kept_width)))
         if i in (0, CENTROID_POINTS - 1):
             mu *= 0.5

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from hazbot_gym.config import Config, make_config
 from hazbot_gym.core.own_walking import check_walk
-from hazbot_gym.core.state import NO_CONTACT, TRACK, as_record, records
+from hazbot_gym.core.state import NO_CONTACT, TRACK, Records, as_record, records
 from hazbot_gym.envs.arguments import (
     Info,
     array_of,
@@ -239,6 +239,23 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
     def snapshot(self) -> Snapshot:
         """Return a copy of the true state, for metrics and pictures, not for policies."""
         return self._world.snapshot()._replace(gas=self._gas.copy())
+
+    @property
+    def world(self) -> World:
+        """The true state, which may be changed between two steps (``sim/intervention.py``)."""
+        return self._world
+
+    @property
+    def tracks(self) -> Records:
+        """The tracker's report of each person: (P,) TRACK records."""
+        return self._tracks
+
+    def add_person(self, person: Records) -> int:
+        """Add a person, a PERSON record (1,), between two steps; return its index."""
+        self._tracks = np.concatenate([self._tracks, blank_tracks(1)])
+        unseen = records(TRACK, len(self._history)).reshape(-1, 1)
+        self._history = np.concatenate([self._history, unseen], axis=1)
+        return self._world.add_person(person)
 
     # --- inside ----------------------------------------------------------------------------------
 

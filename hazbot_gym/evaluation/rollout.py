@@ -201,7 +201,7 @@ def run_episode(env: Environment, policy: Policy, seed: int) -> tuple[Episode, R
         episode_start = np.array([False])
         done = terminated or truncated
     labels = labels_of(corridor.source, start["scenario_key"])
-    return _record(env, snapshots, steps, start), {**labels}
+    return episode_of(corridor, snapshots, steps, start), {**labels}
 
 
 def make_env(scenarios: ScenarioSet, render_mode: str | None = None) -> Environment:
@@ -243,14 +243,24 @@ def environment_ids() -> list[str]:
     return [f"{NAMESPACE}/{name}" for name in ENVIRONMENTS]
 
 
-def _record(
-    env: Environment,
+def episode_of(
+    corridor: CorridorEnv,
     snapshots: list[Snapshot],
     steps: list[tuple[float, Info]],
     start: Info,
+    *,
+    is_edited: bool = False,
 ) -> Episode:
-    """Convert the recorded instants to arrays; ``start`` is the info of the reset."""
-    corridor = cast(CorridorEnv, env.unwrapped)
+    """Return the record of an episode.
+
+    Args:
+        corridor: The environment.
+        snapshots: The T + 1 instants.
+        steps: Reward and info of the T decisions.
+        start: Info of the reset.
+        is_edited: Whether people were changed from outside; where they would have walked without
+            the robot is then unknown.
+    """
     config = corridor.episode_config
     last = steps[-1][1]
     infos = [info for _, info in steps]
@@ -260,6 +270,10 @@ def _record(
     def column(*fields: str) -> Floats:
         return np.array([[getattr(s, field) for field in fields] for s in snapshots], dtype=float)
 
+    alone = np.full((*people.shape[:2], 2), np.nan)
+    if not is_edited:
+        alone = walked_alone(config, source, key, who, len(snapshots))
+
     return Episode(
         time_s=column("time_s")[:, 0],
         pose=column("x", "y", "theta"),
@@ -267,7 +281,7 @@ def _record(
         command_mps=column("command_mps")[:, 0],
         pose_error=column("x_e", "y_e", "theta_e"),
         people=people,
-        people_alone=walked_alone(config, source, key, who, len(snapshots)),
+        people_alone=alone,
         rewards=np.array([reward for reward, _ in steps]),
         reward_terms={
             name: np.array([info["reward_terms"][name] for info in infos])

@@ -28,12 +28,19 @@ class PeopleRule(Rule):
 
         See ``Guarded.act``.
         """
-        layout = layout_of(observation)
-        if not layout.has_people:
-            seen, ring = layout.decode(observation), layout.sensors
-            state = listen(seen, state, starts, ring)
-            observation = with_people(observation, people(state, seen["speed_mps"], ring))
+        observation, state = self.with_estimates(observation, state, starts)
         return speed_action(self.speed_share(observation)), state
+
+    def with_estimates(
+        self, observation: Observations, state: Any, starts: Flags | None
+    ) -> tuple[Observations, object]:
+        """Return observations with people, and the next state; arguments as of ``act``."""
+        layout = layout_of(observation)
+        if layout.has_people:
+            return observation, state
+        seen, ring = layout.decode(observation), layout.sensors
+        state = listen(seen, state, starts, ring)
+        return with_people(observation, people(state, seen["speed_mps"], ring)), state
 
 
 def with_slots(layout: Layout) -> Layout:

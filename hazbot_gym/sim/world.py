@@ -190,8 +190,7 @@ class World:
         if not self._wall_shapes or place.walls is not self.place.walls:
             self._build_walls(place)
         self.place, self.people, self._recording = place, people, recording
-        if len(people) > LANES * len(self._workspace.walkers):
-            self._workspace = make_workspace(len(people))
+        self._make_room()
         self._key, self.decision, self.contact = np.uint64(key), 0, None
         self._pending[:] = self._drive_config.start_speed_mps
         place_kernel(
@@ -202,10 +201,6 @@ class World:
             self._parameters,
             self._gains,
         )
-        while len(self._person_bodies) < len(people):
-            body = self._add_body(PERSON_RADIUS_M, PERSON_MASS_KG, _PERSON)
-            self._index[body] = len(self._person_bodies)
-            self._person_bodies.append(body)
         for i, body in enumerate(self._person_bodies):
             self._park(i, body)
         self._walk(0)
@@ -245,6 +240,17 @@ class World:
                 period += 1
         self.decision += 1
 
+    def add_person(self, person: Records) -> int:
+        """Add a person (1,) between two decisions, and return its index."""
+        self.people = np.concatenate([self.people, person])
+        self._make_room()
+        self.disturb()
+        return len(self.people) - 1
+
+    def disturb(self) -> None:
+        """Look for contacts from now on, because people were changed from outside."""
+        self._slack_m = 0.0
+
     def snapshot(self) -> Snapshot:
         """Return a copy of the true state."""
         robot = self.robots[0]
@@ -269,6 +275,16 @@ class World:
         """Restore a copied or pickled world, and recreate its array views."""
         self.__dict__.update(state)
         self._x, self._y = self.robots["x"], self.robots["y"]
+
+    def _make_room(self) -> None:
+        """Make the workspace and the bodies that all people need."""
+        people = len(self.people)
+        if people > LANES * len(self._workspace.walkers):
+            self._workspace = make_workspace(people)
+        while len(self._person_bodies) < people:
+            body = self._add_body(PERSON_RADIUS_M, PERSON_MASS_KG, _PERSON)
+            self._index[body] = len(self._person_bodies)
+            self._person_bodies.append(body)
 
     def _advance_freely(self, first: int, last: int) -> int:
         """Simulate social periods while no contact is possible, and return the next one."""
