@@ -32,6 +32,7 @@ extensions = [
     "generated",
     "animations",
     "results",
+    "scenes",
 ]
 exclude_patterns = ["_build", "_ext", "_templates_md"]
 nitpicky = False

@@ -86,7 +86,7 @@ HOMES = {
     "pymunk": ("sim.world",),
     "pygame": ("envs.canvas", "envs.window"),
     "imageio_ffmpeg": ("viewer.video",),
-    "PIL": ("viewer.video", "task.wall_files"),
+    "PIL": ("envs.canvas", "viewer.video", "task.wall_files"),
     "shapely": ("task.wall_files", "task.track_formats"),
     "skfuzzy": ("policies.fuzzy_system",),
     "torch": TRAINING,

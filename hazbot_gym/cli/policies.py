@@ -18,6 +18,7 @@ from hazbot_gym.cli.shared import (
     EnvId,
     PolicySpec,
     ScenarioName,
+    WatchedPolicies,
     overrides_of,
 )
 from hazbot_gym.errors import InvalidInput
@@ -135,7 +136,7 @@ def dataset(
 
 @app.command()
 def watch(
-    policy: PolicySpec,
+    policy: WatchedPolicies,
     env: EnvId = CORRIDOR,
     episodes: Annotated[int, typer.Option(help="Number of episodes.")] = 1,
     seed: Annotated[int, typer.Option(help="Root of all seeds, as in eval.")] = 0,
@@ -151,11 +152,13 @@ def watch(
     force: Annotated[bool, typer.Option("--force", help="Replace FILE if it exists.")] = False,
     allow_pickle: AllowPickle = False,
 ) -> None:
-    """Watch a policy in a window, or save it. Space pauses, right arrow steps, r: next, q quits."""
+    """Watch policies in a window, or save them. The window shows its keys."""
     from hazbot_gym.viewer import watch as viewer
 
     overrides = overrides_of(change, scenario)
-    show = viewer.Show(policy, env, episodes, seed, overrides, speed, allow_pickle)
+    show = viewer.Show(
+        policy[0], env, episodes, seed, overrides, speed, allow_pickle, tuple(policy[1:])
+    )
     if file is None:
         if at is not None:
             raise InvalidInput(f"at: given {at}, but nothing is saved; give --save FILE.png")

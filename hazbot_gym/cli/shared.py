@@ -27,6 +27,13 @@ Cluster = Annotated[
 ]
 ConfigFile = Annotated[Path | None, typer.Option(help="YAML file of overrides of the defaults.")]
 PolicySpec = Annotated[str, typer.Option(help="NAME, NAME:OPTION=VALUE,... or MODULE:ATTRIBUTE.")]
+WatchedPolicies = Annotated[
+    list[str],
+    typer.Option(
+        "--policy",
+        help="As in eval, or keyboard: the arrows up and down. Repeatable: up to 4 side by side.",
+    ),
+]
 EnvId = Annotated[str, typer.Option(help="Environment id.")]
 ScenarioName = Annotated[str | None, typer.Option(help="A named scenario, e.g. E*.")]
 Changes = Annotated[

@@ -5,6 +5,7 @@ It is drawn at twice the size and scaled down for antialiasing; no display is ne
 
 from __future__ import annotations
 
+import io
 import math
 import os
 from collections.abc import Iterator
@@ -21,6 +22,7 @@ from hazbot_gym.errors import MissingExtra
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 try:
     import pygame as pygame  # for the window, too
+    from PIL import ImageFont
 except ImportError as error:
     raise MissingExtra("pygame-ce", "render") from error
 
@@ -29,6 +31,7 @@ Image = npt.NDArray[np.uint8]  # (height, width, 3)
 
 SMOOTHING = 2  # supersampling factor
 TEXT_PX = 19
+FONT_SHARE = 0.72  # size of the font in the height of a line
 
 # Pattern colours of Okabe and Ito (2008), purple darkened; a test measures their distance for
 # colour-blind vision.
@@ -133,12 +136,19 @@ class Canvas:
             size: Height of a line.
             align: Share of the width left of x.
         """
-        if size not in self._fonts:
-            self._fonts[size] = pygame.font.Font(None, SMOOTHING * size)
-        ink = self._fonts[size].render(text, True, color)
+        ink = self._font(size).render(text, True, color)
         width, height = ink.get_size()
         self._target.blit(ink, (SMOOTHING * x - align * width, SMOOTHING * y - height / 2.0))
         return float(width / SMOOTHING)
+
+    def width_of(self, text: str, *, size: int = TEXT_PX) -> float:
+        """Return the width of a text."""
+        return float(self._font(size).size(text)[0] / SMOOTHING)
+
+    def _font(self, size: int) -> pygame.font.Font:
+        if size not in self._fonts:
+            self._fonts[size] = regular_font(SMOOTHING * size)
+        return self._fonts[size]
 
     # --- the whole -------------------------------------------------------------------------------
 
@@ -189,6 +199,14 @@ class Canvas:
 
     def _at(self, points: Floats) -> Floats:
         return SMOOTHING * self.view.pixels(points)
+
+
+def regular_font(line_px: int) -> pygame.font.Font:
+    """Return Pillow's font, of regular weight; pygame's own is bold."""
+    found = ImageFont.load_default(FONT_SHARE * line_px)
+    if not isinstance(found, ImageFont.FreeTypeFont):  # a Pillow without FreeType
+        return pygame.font.Font(None, line_px)
+    return pygame.font.Font(io.BytesIO(found.font_bytes), round(FONT_SHARE * line_px))
 
 
 def mixed(color: Color, other: Color, share: float) -> Color:

@@ -232,6 +232,11 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
         """Return a picture (H, W, 3) in the mode "rgb_array"; "human" shows it automatically."""
         return self._viewer.picture()
 
+    @property
+    def viewer(self) -> Viewer:
+        """What draws the pictures."""
+        return self._viewer
+
     def close(self) -> None:
         """Close the window of the mode "human"; idempotent."""
         self._viewer.close()

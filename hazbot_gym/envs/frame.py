@@ -9,7 +9,7 @@ import numpy as np
 
 from hazbot_gym.core.geometry import path_length, sample_path
 from hazbot_gym.core.sensor_ring import PAPER, Sensors
-from hazbot_gym.core.state import ROBOT_RADIUS_M, Floats, Place, Records
+from hazbot_gym.core.state import PRESENT, ROBOT_RADIUS_M, Floats, Place, Records
 from hazbot_gym.core.ultrasonic import Ultrasonic
 from hazbot_gym.envs.plume import GasFrame
 
@@ -45,6 +45,7 @@ class Frame(NamedTuple):
         time_s: Time since the start of the episode.
         outcome: Outcome of the episode, or "" while it runs.
         gas: Leak, plume and gas sensor; None without gas.
+        caption: Text in the corner of the scene, such as the policy's name.
     """
 
     place: Place
@@ -67,11 +68,33 @@ class Frame(NamedTuple):
     time_s: float = 0.0
     outcome: str = ""
     gas: GasFrame | None = None
+    caption: str = ""
 
     @property
     def has_strip(self) -> bool:
         """True if the panel has a further row: for gas, or for the reward terms of users."""
         return self.gas is not None or len(self.terms) > PANEL_TERMS
+
+
+def between(before: Frame, after: Frame, share: float) -> Frame:
+    """Return the frame a share of the way from one decision to the next, by straight lines.
+
+    Robot and people move; numbers, readings and outcome stay those of the first frame.
+    """
+
+    def mix(a: float, b: float) -> float:
+        return a + share * (b - a)
+
+    people = before.people.copy()
+    moving = (people["status"] == PRESENT) & (after.people["status"] == PRESENT)
+    for axis in ("x", "y"):
+        people[axis][moving] = mix(people[axis][moving], after.people[axis][moving])
+    return before._replace(
+        x_m=mix(before.x_m, after.x_m),
+        y_m=mix(before.y_m, after.y_m),
+        theta_rad=mix(before.theta_rad, after.theta_rad),
+        people=people,
+    )
 
 
 class View(NamedTuple):

@@ -10,6 +10,7 @@ from hazbot_gym.envs.frame import PX_PER_M, Frame, View, size_of, view_of
 from hazbot_gym.envs.panel import draw_panel, height_px
 from hazbot_gym.envs.plume import PlumeGrid
 from hazbot_gym.envs.scene import (
+    draw_caption,
     draw_echoes,
     draw_floor,
     draw_leak,
@@ -35,6 +36,12 @@ class Painter:
 
     def paint(self, frame: Frame) -> Image:
         """Return the picture of a frame as (height, width, 3) of uint8."""
+        scene = self.scene(frame)
+        draw_panel(self._panel, frame, self._scene.view.px_per_m)
+        return np.concatenate([scene, self._panel.image()])
+
+    def scene(self, frame: Frame) -> Image:
+        """Return the picture without the panel of numbers."""
         self._prepare(frame)
         people, patterns = present(frame)
         scene = self._scene
@@ -50,8 +57,8 @@ class Painter:
             draw_leak(scene, frame)
         draw_people(scene, people, patterns)
         draw_robot(scene, frame)
-        draw_panel(self._panel, frame, scene.view.px_per_m)
-        return np.concatenate([scene.image(), self._panel.image()])
+        draw_caption(scene, frame)
+        return scene.image()
 
     def _prepare(self, frame: Frame) -> None:
         """Redraw the static layer if it changed."""

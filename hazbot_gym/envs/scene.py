@@ -34,6 +34,7 @@ from hazbot_gym.envs.plume import CELL_M, PlumeGrid
 from hazbot_gym.task.leak import leak_point
 
 DASH_M = 0.15
+CAPTION_PX = 18.0  # from the corner
 WALL_M = 0.07  # drawn width
 LEAK_M = 0.17  # half the width of its mark
 DIAMOND = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
@@ -132,6 +133,15 @@ def draw_robot(canvas: Canvas, frame: Frame) -> None:
     canvas.polygon(turned(castor, *here), INK)
     arrow = radius_m * np.array([[0.8, 0.0], [0.05, 0.42], [0.2, 0.0], [0.05, -0.42]])
     canvas.polygon(turned(arrow, *here), ROBOT)
+
+
+def draw_caption(canvas: Canvas, frame: Frame) -> None:
+    """Write the caption in the upper left corner."""
+    if frame.caption:
+        x, y, pad = CAPTION_PX, CAPTION_PX + 6.0, 10.0
+        width = canvas.width_of(frame.caption) + 2.0 * pad
+        canvas.box(x - pad / 2, y - 14.0, width, 28.0, FLOOR, radius=7)
+        canvas.text(frame.caption, x + pad / 2, y)
 
 
 def present(frame: Frame) -> tuple[Records, list[int]]:

@@ -13,7 +13,7 @@ from hazbot_gym.config import Config
 from hazbot_gym.core.kinematics import castor_angle
 from hazbot_gym.core.sensor_ring import sensors_of
 from hazbot_gym.core.state import Floats, Place, Records
-from hazbot_gym.envs.frame import Frame
+from hazbot_gym.envs.frame import Frame, between
 from hazbot_gym.envs.plume import gas_frame_of
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.sim.world import World
@@ -33,6 +33,9 @@ class Viewer:
     """Viewer of one environment, with the history that the world does not store.
 
     pygame is imported at the first picture, and never without a render mode.
+
+    Attributes:
+        caption: Text in the corner of the pictures.
     """
 
     def __init__(self, mode: str | None, config: Config) -> None:
@@ -42,6 +45,8 @@ class Viewer:
             )
         self._mode, self._config = mode, config
         self._weights = weights_of(config)
+        self.caption = ""
+        self._before: Frame | None = None
         self._frame: Frame | None = None
         self._painter: Painter | None = None
         self._window: Window | None = None
@@ -51,6 +56,7 @@ class Viewer:
         self._config, self._weights = config, weights_of(config)
         self._trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_STEPS)
         self._castor_rad = self._total_reward = 0.0
+        self._frame = None
 
     def see(
         self, world: World, ranges_m: Floats, patterns: list[int], terms: Floats, outcome: str,
@@ -73,6 +79,7 @@ class Viewer:
         weighted = terms * self._weights
         self._total_reward += float(weighted.sum())
         self._trail.append((float(robot["x"]), float(robot["y"])))
+        self._before = self._frame
         self._frame = frame_of(
             self._config,
             world.place,
@@ -87,6 +94,7 @@ class Viewer:
             time_s=world.time_s,
             outcome=outcome,
             gas=gas_frame_of(self._config, gas, key),
+            caption=self.caption,
         )
         if self._mode == "human":
             self._show()
@@ -98,6 +106,23 @@ class Viewer:
             InvalidInput: there has been no reset yet.
         """
         return self._paint() if self._mode == "rgb_array" else None
+
+    @property
+    def frame(self) -> Frame:
+        """The content of the current picture.
+
+        Raises:
+            InvalidInput: there has been no reset yet.
+        """
+        if self._frame is None:
+            raise InvalidInput("render: no episode has begun, call reset first")
+        return self._frame
+
+    def picture_between(self, share: float) -> npt.NDArray[np.uint8]:
+        """Return the picture a share of the way from the last decision to the present one."""
+        if self._before is None or self._frame is None:
+            return self._paint()
+        return self._paint(between(self._before, self._frame, share))
 
     def close(self) -> None:
         """Close the window, if there is one."""
@@ -116,15 +141,13 @@ class Viewer:
         if self._window.is_open:
             self._window.show(self._paint())
 
-    def _paint(self) -> npt.NDArray[np.uint8]:
-        if self._frame is None:
-            raise InvalidInput("render: no episode has begun, call reset first")
+    def _paint(self, frame: Frame | None = None) -> npt.NDArray[np.uint8]:
+        shown = frame or self.frame
         if self._painter is None:
             from hazbot_gym.envs.rendering import Painter
 
-            has_strip = self._frame.has_strip
-            self._painter = Painter(self._frame.place, has_strip=has_strip)
-        return self._painter.paint(self._frame)
+            self._painter = Painter(shown.place, has_strip=shown.has_strip)
+        return self._painter.paint(shown)
 
 
 def castor_of(speed_mps: float, omega: float, config: Config) -> float:

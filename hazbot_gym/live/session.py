@@ -175,7 +175,8 @@ class Session:
     # --- files ------------------------------------------------------------------------------------
 
     def _export(self, what: str) -> messages.Download:
-        name = f"{self.settings.env.lower()}-{self.settings.seed}-{self.settings.episode}"
+        place = "".join(letter for letter in self.settings.env.lower() if letter.isalnum())
+        name = f"{place}-{self.settings.seed}-{self.settings.episode}"
         if what == "scene":
             return messages.Download(name=f"{name}.yaml", text=self.settings.scene())
         text = recording.text_of(self.settings, self.run, self._edits)
@@ -201,9 +202,9 @@ class Session:
 
     def _returns(self, policy: str) -> tuple[float, ...]:
         """Return a policy's return in each of the ten scenarios."""
-        settings = self.settings
+        scenarios, seed = self.settings.scenarios(), self.settings.seed
         rows = evaluate(
-            policy, settings.env, episodes=TEN, seed=settings.seed, overrides=settings.overrides()
+            policy, scenarios.env, episodes=TEN, seed=seed, overrides=scenarios.overrides
         )
         return tuple(round(float(row["return"]), 2) for row in rows)
 

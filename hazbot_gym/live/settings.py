@@ -14,7 +14,7 @@ import yaml
 from annotated_types import Ge, Le
 from pydantic import AfterValidator
 
-from hazbot_gym.config import Config, Tracker, make_config
+from hazbot_gym.config import SCENARIOS, Config, Tracker, make_config
 from hazbot_gym.config.deltas import merge
 from hazbot_gym.config.section import Section
 from hazbot_gym.core.ultrasonic import Ultrasonic
@@ -28,11 +28,15 @@ YOU = "you"  # the policy of a person at the page
 NO_GHOST = ""
 # Recorded people follow their track, whatever is done to them.
 ENVS = tuple(name for name in ENVIRONMENTS if not name.startswith("Replay"))
+CORRIDOR = ENVS[0]
+PAPER = ("E*", "C*")  # scenarios of the paper: a person comes the other way, or crosses
 MOST_SEED = 2**53 - 1  # the largest integer of a browser
 MOST_PEOPLE, MOST_NOISE, MOST_LATENCY = 12, 5.0, 10
 
 
 def _offered(env: str) -> str:
+    if env in PAPER:
+        return env
     short = full_id(env).removeprefix(f"{NAMESPACE}/")
     if short not in ENVS:
         raise InvalidInput(f"given {env!r}, allowed are {', '.join(ENVS)}")
@@ -56,7 +60,9 @@ class Settings(Section):
 
     def overrides(self) -> dict[str, object]:
         """Return the config values that differ from the environment's own."""
-        values: dict[str, object] = {} if self.tier == "tracks" else {"tier": self.tier}
+        values: dict[str, object] = {"scenario": self.env} if self.env in PAPER else {}
+        if self.tier != "tracks":
+            values["tier"] = self.tier
         if self.width_m is not None:
             values["place_options"] = {"width_m": self.width_m}
         people: dict[str, object] = {}
@@ -75,7 +81,10 @@ class Settings(Section):
     def scenarios(self) -> ScenarioSet:
         """Return the scenario set of the environment, with the seeds of ``hazbot eval``."""
         name = self.env.rsplit("-v", 1)[0]
-        return ScenarioSet(name=name, env=self.env, overrides=self.overrides())
+        return ScenarioSet(name=name, env=self._id(), overrides=self.overrides())
+
+    def _id(self) -> str:
+        return CORRIDOR if self.env in PAPER else self.env
 
     def is_same_scenario(self, other: Settings) -> bool:
         """Return True if only the policies differ."""
@@ -84,7 +93,7 @@ class Settings(Section):
 
     def command(self) -> str:
         """Return the command that measures the policy in the episodes up to this one."""
-        words = ["hazbot", "eval", "--policy", self.policy, "--env", self.env]
+        words = ["hazbot", "eval", "--policy", self.policy, "--env", self._id()]
         words += ["--episodes", str(self.episode + 1), "--seed", str(self.seed)]
         for name, value in _flat(self.overrides()):
             words += ["--set", f"{name}={value}"]
@@ -92,17 +101,19 @@ class Settings(Section):
 
     def scene(self) -> str:
         """Return the config of the environment as YAML, for ``config=`` of ``gymnasium.make``."""
-        _, preset = ENVIRONMENTS[self.env]
+        overrides = self.overrides()
+        named = SCENARIOS[str(overrides.pop("scenario"))] if self.env in PAPER else {}
+        whole = merge(merge(ENVIRONMENTS[self._id()][1], named), overrides)
         head = (
             f"# {self.env} as set on the page of hazbot play: gymnasium.make(..., config=FILE)"
             f"\n# {self.command()}\n"
         )
-        return head + yaml.safe_dump(merge(preset, self.overrides()), sort_keys=False)
+        return head + yaml.safe_dump(whole, sort_keys=False)
 
 
 def default_config(env: str) -> Config:
     """Return an environment's own config."""
-    return make_config(preset=ENVIRONMENTS[env][1])
+    return make_config(scenario=env) if env in PAPER else make_config(preset=ENVIRONMENTS[env][1])
 
 
 def default_width_m(config: Config) -> float | None:

@@ -19,7 +19,7 @@ from hazbot_gym.evaluation.metrics import HEADLINE, measure
 from hazbot_gym.live import messages
 from hazbot_gym.live.policies import Policies
 from hazbot_gym.live.run import Run
-from hazbot_gym.live.settings import ENVS, Settings, default_config, default_width_m
+from hazbot_gym.live.settings import ENVS, PAPER, Settings, default_config, default_width_m
 from hazbot_gym.policies.fuzzy_expert import DISTANCE_TERMS, KEPT_TERMS, SPEED_TERMS, FuzzyExpert
 from hazbot_gym.policies.fuzzy_trace import PersonTrace, trace
 from hazbot_gym.task.leak import leak_point
@@ -38,7 +38,7 @@ def hello(policies: Policies) -> messages.Hello:
     """Return the choices of the page."""
     return messages.Hello(
         version=__version__,
-        places=tuple(_place(name) for name in ENVS),
+        places=tuple(_place(name) for name in (*ENVS, *PAPER)),
         policies=policies.choices(),
         distance_terms=_terms(DISTANCE_TERMS),
         speed_terms=_terms(SPEED_TERMS),
@@ -58,11 +58,11 @@ def _place(name: str) -> messages.Choice:
     shares = config.people.reaction_shares
     return messages.Choice(
         name=name,
-        label=name.rsplit("-v", 1)[0],
-        about=ENVIRONMENTS[name][0],
+        label=f"The paper's {name}" if name in PAPER else name.rsplit("-v", 1)[0],
+        about="one person, as published" if name in PAPER else ENVIRONMENTS[name][0],
         has_gas=config.gas is not None,
         width_m=default_width_m(config),
-        people=config.people.count,
+        people=(1, 1) if name in PAPER else config.people.count,
         unyielding=shares[BLIND] / sum(shares),
     )
 

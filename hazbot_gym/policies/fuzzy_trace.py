@@ -8,7 +8,7 @@ from hazbot_gym.core.fuzzy import kept_fraction, two_sided_gauss, weight_in
 from hazbot_gym.core.state import CROSSING, NO_PATTERN, PATTERN_NAMES
 from hazbot_gym.policies.fuzzy_expert import DISTANCE_TERMS, RULES, SPEED_TERMS, FuzzyExpert
 from hazbot_gym.policies.guard import Observations
-from hazbot_gym.task.observation import PERSON_SLOTS, layout_of
+from hazbot_gym.task.observation import layout_of
 
 LEAST_WEIGHT = 0.01  # of a rule that is told
 
@@ -52,9 +52,9 @@ def trace(expert: FuzzyExpert, observation: Observations) -> list[PersonTrace]:
     The observation has people (``PeopleRule.with_estimates``). The expert's speed factor is the
     smallest of all people's, 1 without any.
     """
-    seen = layout_of(observation).decode(observation)
-    found = []
-    for slot in range(PERSON_SLOTS):
+    layout, found = layout_of(observation), []
+    seen = layout.decode(observation)
+    for slot in range(layout.person_slots):
         person = f"person{slot}_"
         if seen[f"{person}present"] > 0.5:
             flags = [bool(seen[person + name] > 0.5) for name in PATTERN_NAMES]

@@ -28,7 +28,7 @@ from hazbot_gym.core.state import (
 from hazbot_gym.core.state import GAS as GAS_RECORD
 from hazbot_gym.envs import canvas
 from hazbot_gym.envs.canvas import FLOOR, GAS, INK, NOBODY, OUTSIDE, PEOPLE, Image, mixed
-from hazbot_gym.envs.frame import Frame, view_of
+from hazbot_gym.envs.frame import Frame, between, view_of
 from hazbot_gym.envs.panel import HEIGHT_PX, STRIP_PX, height_px
 from hazbot_gym.envs.plume import OPAQUE, GasFrame, gas_frame_of
 from hazbot_gym.envs.rendering import Painter, draw
@@ -113,6 +113,20 @@ def test_person_wears_the_color_of_the_pattern(pattern: int, color: tuple[int, .
     frame = a_frame(someone(5.0, 0.5), pattern)
 
     assert color_at(frame, draw(frame), 5.0, 0.5 + SHOULDER_M) == list(color)
+
+
+def test_between_two_decisions_robot_and_people_are_halfway() -> None:
+    before = a_frame(someone(5.0, 0.5), x_m=2.0, outcome="", time_s=1.0)
+    after = a_frame(someone(4.0, 0.7), x_m=2.2, outcome="arrived", time_s=1.1)
+
+    frame = between(before, after, 0.5)
+
+    assert frame.x_m == pytest.approx(2.1)
+    assert frame.people[["x", "y"]].tolist() == [pytest.approx((4.5, 0.6))]
+    assert (frame.outcome, frame.time_s) == ("", 1.0)
+    assert before.people["x"].tolist() == [5.0]
+    gone = a_frame(someone(9.0, 0.7, GONE))
+    assert between(before, gone, 0.5).people["x"].tolist() == [5.0]
 
 
 def test_mirrored_world_gives_the_mirrored_colors() -> None:

@@ -53,6 +53,7 @@ def where(page: Session, index: int) -> tuple[float, float]:
         Settings(),
         Settings(env="Doorway-v1", episode=2, policy="idm", width_m=2.0, people=4, unyielding=0.5),
         Settings(env="Inspection-v1", seed=3, tier="sonar", noise=2.0, latency=2),
+        Settings(env="C*"),
     ],
 )
 def test_a_run_is_measured_as_by_hazbot_eval_to_the_last_bit(settings: Settings) -> None:
@@ -60,7 +61,7 @@ def test_a_run_is_measured_as_by_hazbot_eval_to_the_last_bit(settings: Settings)
     finish(page)
     rows = evaluate(
         settings.policy,
-        settings.env,
+        settings.scenarios().env,
         episodes=settings.episode + 1,
         seed=settings.seed,
         overrides=settings.overrides(),
@@ -134,6 +135,17 @@ def test_a_person_who_is_held_walks_to_the_pointer_and_goes_on_when_let_go() -> 
     drive(page, 15)
     assert math.dist(where(page, person.index), target) > 0.5
     assert page.frame().is_edited
+
+
+def test_a_scripted_person_who_is_let_go_walks_straight_on() -> None:
+    page = session(env="E*", policy="constant:0")
+    drive(page, 5)
+    page.receive(messages.Hold(person=0, x_m=3.0, y_m=1.5))
+    drive(page, 15)
+    assert where(page, 0) == (3.0, 1.5)
+    page.receive(messages.LetGo(person=0))
+    drive(page, 10)
+    assert where(page, 0) == pytest.approx((2.5, 1.5), abs=1e-6)  # at 0.5 m/s towards the robot
 
 
 def test_a_person_cannot_be_led_through_a_wall() -> None:
@@ -213,8 +225,11 @@ def test_a_recorded_run_is_the_same_run_with_its_edits() -> None:
         assert mine.people.tobytes() == other.people.tobytes()
 
 
-def test_the_scene_is_a_config_of_the_environment() -> None:
-    page = session(env="Doorway-v1", width_m=2.0, people=4)
+@pytest.mark.parametrize(
+    "settings", [Settings(env="Doorway-v1", width_m=2.0, people=4), Settings(env="C*", latency=1)]
+)
+def test_the_scene_is_a_config_of_the_environment(settings: Settings) -> None:
+    page = Session(LIVE, settings)
     (file,) = page.receive(messages.Export(what="scene"))
     assert isinstance(file, messages.Download)
     from hazbot_gym.utils.yaml_loader import parse_yaml

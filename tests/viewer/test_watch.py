@@ -62,7 +62,7 @@ def test_a_film_plays_as_long_as_the_episode_and_holds_its_end(tmp_path: Path) -
 
     frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "video.mp4"))
     assert row["outcome"] == "timeout"
-    assert frames == 20 + 15  # the last picture stays for 1.5 s
+    assert frames == 3 * 20 + 45  # the last picture stays for 1.5 s
     assert seconds == pytest.approx(3.5, abs=0.05)
     assert [path.name for path in tmp_path.iterdir()] == ["video.mp4"]
 
@@ -159,6 +159,41 @@ def test_of_a_fast_film_pictures_are_left_out(tmp_path: Path) -> None:
         assert video.n_frames == 4
 
 
+def test_pictures_between_decisions_do_not_stop_a_paused_window() -> None:
+    sink = WindowSink("test", FAST)
+    sink.see(black, 0.0, is_last=False)
+    press(pygame.K_SPACE)
+    sink.see(black, 0.1, is_last=False, is_between=True)  # would wait for ever
+
+
+def test_a_window_tells_its_keys_and_that_it_is_paused(monkeypatch: pytest.MonkeyPatch) -> None:
+    sink = WindowSink("test", FAST)
+    picture = np.full((64, 640, 3), 200, np.uint8)
+    shown = []
+
+    def wait(window: Window, real: Callable[[Window], None] = Window.wait) -> None:
+        real(window)
+        shown.append(pygame.surfarray.array3d(pygame.display.get_surface()))
+        if len(shown) == 3:
+            press(pygame.K_SPACE)
+
+    monkeypatch.setattr(Window, "wait", wait)
+    press(pygame.K_SPACE)
+    sink.see(lambda: picture, 0.0, is_last=False)
+    assert len(np.unique(shown[0])) > 2  # keys, over the plain picture
+    assert not np.array_equal(shown[0], shown[2])  # paused
+
+
+def test_policy_and_place_are_named_in_the_picture(tmp_path: Path) -> None:
+    for policy in ("constant:0.5", "constant:0.50"):
+        save(SHORT._replace(policy=policy), tmp_path / f"{len(policy)}.png", at_s=0.0)
+    one, other = (pixels(tmp_path / f"{count}.png") for count in (12, 13))
+    rows, columns, _ = np.nonzero(one != other)
+    assert rows.size
+    assert rows.max() < 60  # the upper left corner, and nothing else
+    assert columns.max() < 400
+
+
 def test_a_picture_is_painted_once(tmp_path: Path) -> None:
     painted = []
     sink = PictureSink(tmp_path / "picture", 0.2)
@@ -233,7 +268,11 @@ def test_a_paused_window_waits_for_the_keys(monkeypatch: pytest.MonkeyPatch) -> 
 def test_the_next_seed_follows_a_restart(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[float] = []
 
-    def see(self: WindowSink, picture: Any, time_s: float, *, is_last: bool) -> None:
+    def see(
+        self: WindowSink, picture: Any, time_s: float, *, is_last: bool, is_between: bool = False
+    ) -> None:
+        if is_between:
+            return
         seen.append(time_s)
         if len(seen) == 4:
             raise Stopped(for_good=False)

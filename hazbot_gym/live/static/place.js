@@ -29,7 +29,7 @@ export class PlaceView {
   }
 
   readColors() {
-    const style = getComputedStyle(document.documentElement);
+    const style = getComputedStyle(this.canvas);
     const names = ["floor", "outside", "ink", "soft", "grid", "wall", "robot", "robot-body", "ghost", "echo", "space", "gas", "loss",
       "none", ...PATTERNS];
     this.color = Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
