@@ -29,7 +29,7 @@ SCENES = {
         env="Inspection-v1", seed=1, policy="undo_lag:people=fuzzy_expert", ghost="fuzzy_expert"
     ),
 }
-MOST_DECISIONS = 450
+MOST_DECISIONS = 800
 PLUME_EVERY = 4  # of the pictures of the gas that the page gets
 # Of a frame, what the place draws.
 SHOWN = ("decision", "time_s", "pose", "speed", "people", "ranges", "outcome", "ghost")

@@ -234,7 +234,7 @@ class CorridorEnv(gymnasium.Env[npt.NDArray[np.float32], Any]):
 
     @property
     def viewer(self) -> Viewer:
-        """What draws the pictures."""
+        """The painter of the pictures."""
         return self._viewer
 
     def close(self) -> None:

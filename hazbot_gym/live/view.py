@@ -27,7 +27,7 @@ from hazbot_gym.task.observation import layout_in
 
 DIGITS = 4  # of what is sent
 STEP_M = 0.1  # distance of the points of the path
-MARGIN_M = 1.8  # of the box around it
+MARGIN_M, OPEN_MARGIN_M = 1.8, 2.6  # of the box around it, and of a place without walls
 COARSE = 2  # every second cell of the gas is sent,
 PLUME_EVERY = 5  # with every fifth decision
 WIDE = 1e6  # instead of the infinite width of a shoulder
@@ -73,7 +73,8 @@ def scene_of(run: Run, settings: Settings, grid: PlumeGrid | None) -> messages.S
     place, sonar = env.world.place, config.sensors.ultrasonic
     length = path_length(place.path.view(np.recarray))
     path = sample_path(place.path, np.linspace(0.0, length, math.ceil(length / STEP_M) + 1))[:, :2]
-    low, high = path.min(axis=0) - MARGIN_M, path.max(axis=0) + MARGIN_M
+    margin_m = MARGIN_M if len(place.walls) else OPEN_MARGIN_M
+    low, high = path.min(axis=0) - margin_m, path.max(axis=0) + margin_m
     layout = layout_in(config)
     return messages.Scene(
         settings=settings,

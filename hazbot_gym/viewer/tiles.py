@@ -15,7 +15,7 @@ from hazbot_gym.envs.rendering import Painter
 from hazbot_gym.viewer.video import Image
 
 COLUMNS_FROM = 3  # so many drives are shown in two columns
-GAP_PX = 4  # between two scenes; even, as films need it
+GAP_PX = 16  # between two scenes; a divisor that video codecs need
 
 
 class FrameRecorder(gymnasium.Wrapper[Any, Any, Any, Any]):
