@@ -57,13 +57,13 @@ def bench_training(paths: list[Path], *, seeds: int = SEEDS, episodes: int = EPI
                 f"training: {path.name} is given with algorithm {config.algorithm!r}, "
                 "allowed is 'ppo'"
             )
-        if config.imitation and own_module.is_reference(config.imitation.teacher):
-            raise InvalidInput(
-                f"training: {path.name} is given with teacher {config.imitation.teacher!r}, "
-                "allowed are policies of the library"
-            )
-        if config.imitation:
-            make_policy(config.imitation.teacher)  # with the permissions of its runs: no pickle
+        for teacher in config.teachers():
+            if own_module.is_reference(teacher):
+                raise InvalidInput(
+                    f"training: {path.name} is given with teacher {teacher!r}, allowed are "
+                    "policies of the library"
+                )
+            make_policy(teacher)  # with the permissions of its runs: no pickle
     load = os.getloadavg()[0]
     return {
         "runs": {

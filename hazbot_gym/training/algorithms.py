@@ -119,7 +119,7 @@ def _options(config: TrainConfig, envs: VecEnv, allowed: Permissions) -> JsonObj
         options["action_noise"] = NormalActionNoise(np.zeros(1, np.float32), deviation)
     if config.algorithm in STUDENTS:
         assert config.imitation is not None
-        options["teacher"] = teacher_of(config.imitation, envs, allowed)
+        options["teacher"] = teacher_of(config, envs, allowed)
         options["imitation"] = config.imitation
     if config.lagrangian:
         options["lagrangian"] = config.lagrangian

@@ -43,7 +43,7 @@ class Validation(Section):
 class Imitation(Section):
     """Imitation of a teacher: pretraining (``imitation.py``), or bc and dagger (``dagger.py``)."""
 
-    teacher: str = "fuzzy_expert"
+    teacher: str | dict[str, str] = "fuzzy_expert"  # of all environments, or of each by its name
     decisions: Annotated[int, Ge(1), Le(50_000_000)] = (
         700_000  # demonstrations; of bc and dagger in each round
     )
@@ -131,6 +131,18 @@ class TrainConfig(Section):
             )
         return value or (Imitation() if algorithm in STUDENTS else None)
 
+    @field_validator("imitation")
+    @classmethod
+    def _has_a_teacher_for_each(cls, value: Imitation | None, info: ValidationInfo) -> object:
+        if value is None or isinstance(value.teacher, str):
+            return value
+        teachers = {full_id(env): spec for env, spec in value.teacher.items()}
+        if set(teachers) != set(info.data.get("env", ())):
+            raise ValueError(
+                f"teacher: given for {', '.join(teachers)}, allowed is one for each env of the run"
+            )
+        return value.model_copy(update={"teacher": teachers})
+
     @field_validator("asymmetric_critic", "lagrangian")
     @classmethod
     def _is_for_ppo(cls, value: object, info: ValidationInfo) -> object:
@@ -150,8 +162,8 @@ class TrainConfig(Section):
     @field_validator("imitation", "lagrangian")
     @classmethod
     def _acts_at_every_decision(cls, value: object, info: ValidationInfo) -> object:
-        repeat = info.data.get("action_repeat", 1)
-        if value and repeat > 1:
+        repeat, is_ppo = info.data.get("action_repeat", 1), info.data.get("algorithm") == "ppo"
+        if value and repeat > 1 and not (is_ppo and isinstance(value, Imitation)):
             raise ValueError(f"given with action_repeat {repeat}, allowed is 1")
         return value
 
@@ -177,6 +189,13 @@ class TrainConfig(Section):
                     "for anything"
                 )
         return patterns
+
+    def teachers(self) -> tuple[str, ...]:
+        """Return the teacher of each environment; none without imitation."""
+        if self.imitation is None:
+            return ()
+        teacher = self.imitation.teacher
+        return tuple(teacher if isinstance(teacher, str) else teacher[env] for env in self.env)
 
     def environments(self) -> tuple[Config, ...]:
         """Return the config of each environment, with its registered horizon.

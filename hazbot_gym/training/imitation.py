@@ -7,6 +7,7 @@ critic to the returns, so that PPO's first updates do not destroy the pretrained
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -18,8 +19,8 @@ from stable_baselines3.common.vec_env import VecEnv
 from hazbot_gym.core.state import Floats
 from hazbot_gym.evaluation import rollout
 from hazbot_gym.policies.base import NO_CODE, Permissions, Policy, make
-from hazbot_gym.policies.guard import Flags, Observations
-from hazbot_gym.training.combined_envs import driver_in, policy_width
+from hazbot_gym.policies.guard import Actions, Flags, Observations
+from hazbot_gym.training.combined_envs import CombinedEnvs, driver_in, policy_width
 from hazbot_gym.training.config import Imitation, TrainConfig
 from hazbot_gym.training.vec_envs import require_speeds
 
@@ -37,18 +38,54 @@ class Demonstrations(NamedTuple):
         return Demonstrations(self.observations[rows], self.actions[rows], returns)
 
 
-def teacher_of(imitation: Imitation, envs: VecEnv, allowed: Permissions = NO_CODE) -> Policy:
-    """Return the teacher of a run, with the given permissions.
+class Teachers:
+    """A teacher for the worlds of each environment, as one policy for all worlds."""
+
+    def __init__(self, teachers: Sequence[Policy], worlds: Sequence[slice]) -> None:
+        """Combine teachers.
+
+        Args:
+            teachers: One for each environment.
+            worlds: The worlds of each environment, from the first to the last.
+        """
+        self._teachers, self._worlds = teachers, worlds
+
+    def predict(
+        self,
+        observation: Observations,
+        state: object = None,
+        episode_start: Flags | None = None,
+        deterministic: bool = True,
+    ) -> tuple[Actions, object]:
+        """Return the actions of all worlds, and the teachers' states."""
+        states = [None] * len(self._teachers) if state is None else cast(list[object], state)
+        answers = [
+            teacher.predict(
+                observation[own], last, None if episode_start is None else episode_start[own],
+                deterministic,
+            )
+            for teacher, own, last in zip(self._teachers, self._worlds, states, strict=True)
+        ]  # fmt: skip
+        return np.concatenate([actions for actions, _ in answers]), [each for _, each in answers]
+
+
+def teacher_of(config: TrainConfig, envs: VecEnv, allowed: Permissions = NO_CODE) -> Policy:
+    """Return the teacher of a run in all its environments, with the given permissions.
 
     Raises:
         InvalidInput: The policy is unknown, cannot act on these observations, or actions are
             discrete, which teachers do not support.
     """
     require_speeds(envs, "imitation")
-    teacher = make(imitation.teacher, **allowed._asdict())
-    teacher = driver_in(envs, teacher, imitation.teacher)
-    teacher.predict(np.zeros((1, policy_width(envs)), np.float32))
-    return teacher
+    specs = config.teachers()
+    made = {spec: make(spec, **allowed._asdict()) for spec in dict.fromkeys(specs)}
+    made = {spec: driver_in(envs, teacher, spec) for spec, teacher in made.items()}
+    for teacher in made.values():
+        teacher.predict(np.zeros((1, policy_width(envs)), np.float32))
+    if len(made) == 1:
+        return made[specs[0]]
+    worlds = cast(CombinedEnvs, envs.unwrapped).slices
+    return Teachers([made[spec] for spec in specs], worlds)
 
 
 def imitate(model: PPO, envs: VecEnv, teacher: Policy, config: TrainConfig) -> None:

@@ -16,11 +16,12 @@ from hazbot_gym.training.config import TrainConfig
 def of_training(config: TrainConfig, allowed: Permissions = NO_CODE) -> list[Path]:
     """Return the input files of a training run: of its environments, and of its teacher."""
     sets = [ScenarioSet(name=env, env=env, overrides=config.overrides) for env in config.env]
-    teacher = config.imitation.teacher if config.imitation else None
     configs = config.environments()
     blanks = {Blank(layout_in(each), (1,)) for each in configs}
     found = [path for each in sets for path in of_set(each)]
-    return [*dict.fromkeys(found), *(of_policy(teacher, blanks, allowed) if teacher else [])]
+    for teacher in config.teachers():
+        found += of_policy(teacher, blanks, allowed)
+    return list(dict.fromkeys(found))
 
 
 def check_unedited(before: Mapping[str, str]) -> None:

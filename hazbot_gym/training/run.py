@@ -123,7 +123,7 @@ def make_all(config: TrainConfig, allowed: Permissions = NO_CODE) -> tuple[objec
         envs = ResidualEnvs(envs, config.residual)
     model = make_model(config, envs, allowed)
     if config.imitation and config.algorithm not in STUDENTS:
-        return model, teacher_of(config.imitation, envs, allowed)
+        return model, teacher_of(config, envs, allowed)
     return model, None
 
 

@@ -52,6 +52,6 @@ def test_a_step_is_several_decisions_with_one_action(shaping: str) -> None:
 
 def test_learners_that_act_at_every_decision_refuse_it() -> None:
     with refused("imitation ... action_repeat 4 ... 1"):
-        load_training(None, action_repeat=4, imitation={"teacher": "fuzzy_expert"})
+        load_training(None, algorithm="dagger", action_repeat=4)
     with refused("lagrangian ... action_repeat 4 ... 1"):
         load_training(None, action_repeat=4, lagrangian={"limit": 1.0})

@@ -12,8 +12,10 @@ import torch
 from hazbot_gym import policies
 from hazbot_gym.envs.vector import CorridorVectorEnv
 from hazbot_gym.training.config import TrainConfig, load_training
-from hazbot_gym.training.imitation import miss, returns_of
+from hazbot_gym.training.imitation import miss, returns_of, teacher_of
 from hazbot_gym.training.run import train
+from hazbot_gym.training.vec_envs import make_envs
+from tests.refusals import refused
 
 QUICK: dict[str, Any] = {
     "worlds": 32,
@@ -60,6 +62,26 @@ def test_the_student_does_what_the_teacher_does(tmp_path: Path, *, is_timed: boo
         scale.append(np.abs(wanted.mean() - wanted).mean())
         observations, *_ = envs.step(wanted)
     assert np.mean(misses) < 0.3 * np.mean(scale)
+
+
+def test_each_environment_has_its_own_teacher() -> None:
+    env = ["Corridor-v1", "Crossing-v1"]
+    teachers = {"Crossing-v1": "constant:fraction=0.25", "Corridor-v1": "constant:fraction=0.75"}
+    config = quick(env=env, worlds=5, imitation={"teacher": teachers})
+    envs = make_envs(config)
+    actions, _ = teacher_of(config, envs).predict(envs.reset())
+    first, _ = (part.num_envs for part in envs.unwrapped.parts)
+    assert actions[:first, 0].tolist() == [0.5] * first
+    assert actions[first:, 0].tolist() == [-0.5] * (5 - first)
+
+
+@pytest.mark.parametrize("env", [["Corridor-v1"], ["Corridor-v1", "Crossing-v1", "Circle-v1"]])
+def test_environments_without_a_teacher_or_teachers_without_an_environment_are_refused(
+    env: list[str],
+) -> None:
+    teachers = dict.fromkeys(("Corridor-v1", "Crossing-v1"), "fuzzy_expert")
+    with refused("imitation ... teacher ... Crossing-v1 ... one for each env"):
+        quick(env=env, imitation={"teacher": teachers})
 
 
 def test_equal_seeds_learn_equally(tmp_path: Path) -> None:
