@@ -51,13 +51,14 @@ USES: dict[str, tuple[tuple[str, ...], ...]] = {
     "places": (("python", "-c", WALLS),),
     "study": (("hazbot", "study", "--episodes", "2", "--out", "study"),),
     "export": (("hazbot", "export", "--policy", "ppo", "--format", "onnx", "--out", "there"),),
+    "datasets": (("hazbot", "dataset", "--policy", "idm", "--episodes", "1", "--out", "there"),),
     "cluster": (("python", "-c", "import hazbot_gym.evaluation.ray_cluster"),),
 }
 
 
 def main() -> None:
     """Run the checks that are asked for, all by default."""
-    checks = {f.__name__: f for f in (metadata, sdist, readme, extras, lowest)}
+    checks = {f.__name__: f for f in (metadata, sdist, readme, extras, lowest, newest)}
     parser = argparse.ArgumentParser(description="Release check.")
     parser.add_argument("checks", nargs="*", help=f"any of {', '.join(checks)}; default all")
     parser.add_argument("--python", default=sys.executable, help="of the clean environments")
@@ -114,13 +115,22 @@ def extras(python: str) -> None:
 
 
 def lowest(python: str) -> None:
-    """Run the fast tests with the lowest versions of all that pyproject.toml declares."""
+    """Run the fast tests with the lowest versions that pyproject.toml declares."""
+    fast_tests(python, "lowest-direct")
+
+
+def newest(python: str) -> None:
+    """Run the fast tests with the newest versions that there are."""
+    fast_tests(python, "highest")
+
+
+def fast_tests(python: str, resolution: str) -> None:
+    """Run the fast tests in the checkout, whose folders they need; torch is that of constraints."""
     versions = (ROOT / "constraints.txt").read_text().splitlines()
     torch = next(line for line in versions if line.startswith("torch=="))
-    tools = "pytest>=8", "hypothesis>=6.100"
-    lowest_versions = "--resolution", "lowest-direct"
-    install(python, f"{wheel()}[all]", torch, *tools, *lowest_versions, constraints="/dev/null")
-    use("python", *TESTS, "-c", ROOT / "pyproject.toml", ROOT / "tests")
+    wanted = "--editable", f"{ROOT}[all]", torch, "pytest>=8", "hypothesis>=6.100"
+    install(python, "--resolution", resolution, *wanted, constraints="/dev/null")
+    run(CLEAN / "bin" / "python", *TESTS)
 
 
 def wheel() -> Path:

@@ -30,7 +30,7 @@ from hazbot_gym.core.social_force import (
     Reaction,
     SocialForce,
 )
-from hazbot_gym.core.state import FASTEST_NOMINAL_MPS
+from hazbot_gym.core.state import FASTEST_NOMINAL_MPS, PERSON_SLOTS
 from hazbot_gym.core.tracking import TrackingGains
 from hazbot_gym.core.ultrasonic import Ultrasonic
 from hazbot_gym.utils.json_object import JsonObject
@@ -241,7 +241,7 @@ class Config(Section):
     tracks: str | None = None  # file or folder of recorded people, for replay and seeded
     tier: Literal["sonar", "tracks", "privileged"] = "tracks"
     # nearest people in the observation (docs/own_observation.md)
-    person_slots: Annotated[int, Ge(1), Le(MOST_PEOPLE)] = 3
+    person_slots: Annotated[int, Ge(1), Le(MOST_PEOPLE)] = PERSON_SLOTS
     action_type: Literal["continuous", "discrete"] = "continuous"
     max_episode_steps: Annotated[int, Gt(0), Le(MOST_STEPS)] = 1200
     arrival_tolerance_m: Annotated[float, Gt(0)] = 0.05  # distance from the path's end that counts

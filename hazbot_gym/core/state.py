@@ -148,6 +148,8 @@ class PersonRecord(Protocol):
     next_vy: float
 
 
+PERSON_SLOTS = 3  # tracked people in an observation, by default
+
 TRACK = np.dtype(
     [
         ("visible", "i4"),  # 1 if the tracker reports this person now

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hazbot_gym.core.sensor_ring import PAPER, RINGS, RangeSensor, Sensors
+from hazbot_gym.core.state import PERSON_SLOTS
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.actor import ACTIVATIONS, HEADS, Actor, Normalisation
 from hazbot_gym.policies.layer import Layer
@@ -25,7 +26,6 @@ from hazbot_gym.task.observation import (
     GAS_FIELDS,
     KNOWN,
     LAYOUTS,
-    PERSON_SLOTS,
     ROBOT_FIELDS,
     Layout,
     layout_for,

@@ -11,6 +11,7 @@ import numpy as np
 
 from hazbot_gym.config.parameters import MOST_PEOPLE
 from hazbot_gym.core.sensor_ring import RangeSensor, Ring
+from hazbot_gym.core.state import PERSON_SLOTS
 from hazbot_gym.core.ultrasonic import Ultrasonic
 from hazbot_gym.errors import HazbotError, InvalidInput
 from hazbot_gym.policies.base import Policy, make
@@ -28,7 +29,6 @@ from hazbot_gym.runtime.readings import (
 from hazbot_gym.runtime.robot_file import Robot, check_agreement, load_robot, simulated_robot
 from hazbot_gym.task.action import commanded_speed, level_action
 from hazbot_gym.task.observation import (
-    PERSON_SLOTS,
     TIERS,
     Layout,
     known_layout,

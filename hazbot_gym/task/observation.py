@@ -30,6 +30,7 @@ from hazbot_gym.core.state import (
     FASTEST_NOMINAL_MPS,
     GAS_HISTORY,
     PATTERN_NAMES,
+    PERSON_SLOTS,
     TOP_SPEED_MPS,
     Floats,
     Ints,
@@ -42,7 +43,6 @@ from hazbot_gym.errors import InvalidInput
 if TYPE_CHECKING:
     from hazbot_gym.config import Config
 
-PERSON_SLOTS = 3  # K nearest people, by default
 LOOK_AHEAD_M = 1.0  # look-ahead distances of the path's curvature
 SONAR_RANGE_M = 4.0
 TRACKER_RANGE_M = 8.0
