@@ -15,7 +15,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -104,10 +103,6 @@ def readme(python: str) -> None:
 
 def extras(python: str) -> None:
     """Use each extra where nothing else is installed."""
-    with (ROOT / "pyproject.toml").open("rb") as file:
-        declared = set(tomllib.load(file)["project"]["optional-dependencies"])
-    if unused := declared - {*USES, "all", "docs", "dev"}:
-        sys.exit(f"extras without a use in {__file__}: {', '.join(unused)}")
     for extra, commands in USES.items():
         install(python, f"{wheel()}[{extra}]" if extra else wheel())
         for command in commands:
