@@ -12,11 +12,11 @@ from hazbot_gym.config.randomised import value_at
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.policies.guard import Actions, Observations
-from hazbot_gym.policies.learned import TrainedActor
 from hazbot_gym.policies.made_for import needs_of, parts_of
 from hazbot_gym.task.observation import layout_in, observing
 
 SAME = 1e-6  # tolerance of speeds and times
+FIELDS = "__dataclass_fields__"  # the options of a policy
 
 
 def check_made_for(policy: Policy, config: Config, name: str = "") -> None:
@@ -36,8 +36,8 @@ def check_made_for(policy: Policy, config: Config, name: str = "") -> None:
         for field, needed in needs_of(part).items():
             given = value_at(config, field)
             if not abs(given - needed) <= SAME:
-                is_rule = part is policy and not isinstance(part, TrainedActor)
-                remedy = f"; give its option nominal_mps={given:g}" if is_rule else ""
+                has_option = part is policy and "nominal_mps" in vars(type(part)).get(FIELDS, ())
+                remedy = f"; give its option nominal_mps={given:g}" if has_option else ""
                 raise InvalidInput(
                     f"{field}: given {given:g}, but {name or type(policy).__name__} is made for "
                     f"{needed:g}{remedy}"

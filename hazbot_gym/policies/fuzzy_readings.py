@@ -87,6 +87,11 @@ class FuzzyReading(FuzzyExpert):
             return chosen._replace(speed=_widths(np.array([1.0, 2.0]) / 3.0))
         return chosen
 
+    @property
+    def nominal_mps(self) -> float | None:
+        """Nominal speed of the only robot that the reading is for; None for any robot."""
+        return NOMINAL_MPS if self.reading == "recursive" else None
+
     def speed_share(self, observation: Observations) -> npt.ArrayLike:
         """Return the speed share of the reading; see ``base.Rule``."""
         kept = self._kept(observation, 1.0 if self.reading == "horizon" else self.horizon_s)

@@ -26,6 +26,7 @@ GAS: dict[str, Any] = {"gas": {}}
         ("shielded:policy=ppo", FAST, "1.5 ... 0.5"),
         ("shielded:policy=fuzzy_expert", FAST, "1.5 ... 0.5"),
         ("slow_on_rise:people=mpc", FAST | GAS, "1.5 ... 0.5"),
+        ("fuzzy_reading:reading=recursive", FAST, "1.5 ... 0.5"),
     ],
 )
 def test_another_robot_is_refused(spec: str, values: dict[str, Any], said: str) -> None:
@@ -40,6 +41,7 @@ def test_another_robot_is_refused(spec: str, values: dict[str, Any], said: str) 
         ("ppo", {"tier": "sonar"}),
         ("ssm:nominal_mps=1.5", FAST),
         ("fuzzy_expert", FAST),  # it answers in shares of the nominal speed
+        ("fuzzy_reading:reading=inverted", FAST),
         ("ssm", SLOWLY),
         ("shielded:by=ssm:nominal_mps=1.5,policy=fuzzy_expert", FAST),
         ("slow_on_rise:people=none", FAST | GAS),
