@@ -42,10 +42,10 @@ read_walls(Path("walls.wkt"))
 """
 # What each extra is for, used in an environment that has nothing but this extra.
 USES: dict[str, tuple[tuple[str, ...], ...]] = {
-    "": (("hazbot", "list"), ("hazbot", "eval", "--episodes", "2")),
+    "": (("hazbot", "list"), ("hazbot", "eval", "--policy", "ppo", "--episodes", "2")),
     "train": (("python", "-c", TRAIN),),
     "fuzzy": (("python", "-c", FUZZY),),
-    "render": (("hazbot", "watch", "--save", "frame.png", "--at", "1"),),
+    "render": (("hazbot", "watch", "--policy", "idm", "--save", "frame.png"),),
     "tracks": (("python", "-c", "import hazbot_gym.task.track_files, h5py, shapely"),),
     "places": (("python", "-c", WALLS),),
     "study": (("hazbot", "study", "--episodes", "2", "--out", "study"),),
