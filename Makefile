@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: study study-full paper test check bench docs cluster release-check setup
+.PHONY: study study-full paper test check bench docs cluster clients release-check setup
 .DEFAULT_GOAL := study
 
 study: setup  ## run the main job; options in ARGS, e.g. make study ARGS="--tracks DIR"
@@ -39,6 +39,17 @@ cluster:  ## run the tests on a real Ray cluster, in a .venv-cluster: RLlib asks
 
 release-check:  ## build wheel and sdist, check them, and use them in clean environments (minutes)
 	$(PYTHON) .ci/release_check.py $(ARGS)
+
+CLIENTS := $(basename $(notdir $(wildcard tests/clients/*.txt)))
+
+clients: $(CLIENTS:%=client-%)  ## run the tests with other libraries, each in an environment of its own
+
+client-%: tests/clients/%.txt  ## one of them, e.g. make client-skrl; what its file pins stands above constraints.txt
+	@test -x .venv-clients/$*/bin/python || $(PYTHON) -m venv .venv-clients/$*
+	@sed 's/[^A-Za-z0-9_-].*//; s/.*/^&==/' $< | grep -vif - constraints.txt > .venv-clients/$*/constraints.txt
+	@.venv-clients/$*/bin/pip install -qq -c .venv-clients/$*/constraints.txt torch
+	@.venv-clients/$*/bin/pip install -qq -c .venv-clients/$*/constraints.txt -r $< -e ".[train]" pytest hypothesis
+	.venv-clients/$*/bin/python -m pytest -v -m clients -k $* tests/clients tests/docs/test_snippets.py tests/test_scripts.py $(ARGS)
 
 setup: $(READY)
 

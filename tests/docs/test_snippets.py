@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 from gymnasium import wrappers
@@ -25,6 +26,7 @@ PAGES = (
     "docs/clients.md",
     "docs/datasets.md",
 )
+CLIENTS = ("sbx", "skrl", "tianshou", "torchrl")  # libraries that only make clients installs
 SNIPPETS = [
     (page, snippet)
     for page in PAGES
@@ -34,18 +36,23 @@ SNIPPETS = [
 ]
 
 
+def case(page: str, snippet: str) -> Any:
+    """Return a snippet as a case of its last line, or of the client that it imports."""
+    for client in CLIENTS:
+        if re.search(rf"^(from|import) {client}\b", snippet, re.MULTILINE):
+            others = pytest.mark.filterwarnings("default")
+            return pytest.param(page, snippet, id=client, marks=[pytest.mark.clients, others])
+    return pytest.param(page, snippet, id=f"{page}: {snippet.strip().splitlines()[-1][:40]}")
+
+
 # Gymnasium works the bounds of RescaleAction out in float64 and warns that it stores float32.
 @pytest.mark.filterwarnings("ignore:.*precision lowered by casting to float32")
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("page", "snippet"),
-    SNIPPETS,
-    ids=[f"{page}: {text.strip().splitlines()[-1][:40]}" for page, text in SNIPPETS],
-)
+@pytest.mark.parametrize(("page", "snippet"), [case(*snippet) for snippet in SNIPPETS])
 def test_a_snippet_runs_as_it_is_printed(
     page: str, snippet: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for optional in ("torchrl", "minari"):
+    for optional in (*CLIENTS, "minari"):
         if re.search(rf"(from|import) {optional}", snippet):
             pytest.importorskip(optional)
     if "train(" in snippet or "stable_baselines3" in snippet:

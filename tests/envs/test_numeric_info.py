@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import gymnasium
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
@@ -59,21 +58,3 @@ def test_numbers_of_gas_are_flat_as_well(kind: int) -> None:
         for name, values in told["gas"].items():
             if not name.startswith("_"):
                 assert info[f"gas/{name}"].tolist() == values.tolist()
-
-
-@pytest.mark.parametrize("kind", [0, 1], ids=["native", "sync"])
-def test_torchrl_reads_a_batch_that_resets_in_the_same_step(kind: int) -> None:
-    envs = pytest.importorskip("torchrl.envs")
-    told = envs.GymWrapper(NumericInfo(batches()[kind])).rollout(60, break_when_any_done=False)
-    assert told["next", "done"].sum() == 6
-    assert told["next", "time_s"][0, 17:22].tolist() == pytest.approx([1.8, 1.9, 2.0, 0.1, 0.2])
-
-
-def test_torchrl_reads_a_batch_that_does_not_reset_by_itself() -> None:
-    envs = pytest.importorskip("torchrl.envs")
-    made = gymnasium.make_vec(
-        "hazbot_gym/Corridor-v1", 2, "vector_entry_point", autoreset_mode="Disabled",
-        max_episode_steps=20,
-    )  # fmt: skip
-    told = envs.GymWrapper(made).rollout(60, break_when_any_done=False)
-    assert told["next", "done"].sum() == 6
