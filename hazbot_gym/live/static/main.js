@@ -63,7 +63,8 @@ connection.on("frame", (frame) => {
   view.note(frame);
   panels.show(frame);
   $("clock").textContent = `${frame.time_s.toFixed(1)} s`;
-  if (frame.results) say(`${$("end-title").textContent}`);
+  if (frame.results) say($("end-title").textContent);
+  if (frame.results && isPlaying && (frame.ghost?.outcome ?? "over") !== "running") setPlaying(false);
   if (view.chosen !== null && !frame.people.some(({ index }) => index === view.chosen)) choose(null);
 });
 
@@ -125,7 +126,7 @@ function showSettings() {
   $("width_m").disabled = placeNow().width_m === null;
   const isYou = settings.policy === YOU;
   $("throttle-label").hidden = !isYou;
-  $("take").hidden = isYou;
+  $("take").hidden = $("end-drive").hidden = isYou;
   hint();
 }
 
@@ -193,7 +194,7 @@ function take() {
 
 const DO = {
   play() {
-    if (lastFrame()?.results && !isPlaying) DO.restart();
+    if (lastFrame()?.results) DO.restart();
     else setPlaying(!isPlaying);
   },
   step() {

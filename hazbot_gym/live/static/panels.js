@@ -150,6 +150,8 @@ export class Panels {
     const rows = Object.entries(RESULTS).filter(([name]) => name in frame.results).flatMap(([name, [label, unit]]) => [
       element("dt", { textContent: label }), element("dd", { textContent: `${frame.results[name].toFixed(name.endsWith("_m") ? 2 : 1)} ${unit}` })]);
     $("end-results").replaceChildren(...rows);
+    const [left, , right] = this.scene.box;
+    $("end").classList.toggle("left", frame.pose[0] > (left + right) / 2); // away from the robot
     $("end").hidden = false;
   }
 
