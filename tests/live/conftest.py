@@ -17,7 +17,8 @@ def address() -> Iterator[str]:
     """Return the address of the page of a server that runs."""
     server = pytest.importorskip("hazbot_gym.live.server", reason="needs the extra live")
     policies = Policies("constant:0")
-    server.warm_up(policies, Settings(ghost="ppo"))
+    for policy in ("idm", "velocity_obstacle"):  # compiled now, not while a page waits
+        server.warm_up(policies, Settings(policy=policy, ghost="ppo"))
     with server.listen(0) as listening:
         live = server.Live(policies, listening.getsockname()[1])
         running = server.server_of(live)

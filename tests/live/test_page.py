@@ -9,7 +9,7 @@ import pytest
 HELPERS = """
 const wait = (ms) => new Promise((done) => setTimeout(done, ms));
 const until = async (is) => {
-  for (let k = 0; k < 400 && !is(); k += 1) await wait(25);
+  for (let k = 0; k < 2400 && !is(); k += 1) await wait(25);
   if (!is()) throw new Error(`never: ${is}`);
 };
 const $ = (id) => document.getElementById(id);

@@ -45,7 +45,7 @@ def messages_of(socket: ClientConnection, kind: str, count: int = 1) -> list[Any
     """Return the next messages of a kind."""
     found: list[Any] = []
     while len(found) < count:
-        message = json.loads(socket.recv(timeout=20))
+        message = json.loads(socket.recv(timeout=60))
         if message["kind"] == kind:
             found.append(message)
     return found

@@ -430,6 +430,14 @@ function still() {
   return motion.between();
 }
 
+const SLOW_MS = 1500; // without a frame
+const WAITING = "Waiting for the server: a policy that was never used here is compiled first";
+setInterval(() => {
+  const isWaiting = isPlaying && motion.last && !motion.last.results && performance.now() - motion.arrived > SLOW_MS;
+  if (isWaiting) say(WAITING);
+  else if ($("line").textContent === WAITING) say("");
+}, 500);
+
 let told = { at: performance.now(), drawn: 0, bytes: 0 };
 setInterval(() => {
   const now = performance.now();
