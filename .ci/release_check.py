@@ -40,6 +40,11 @@ from hazbot_gym.task.wall_files import read_walls
 Path("walls.wkt").write_text("LINESTRING (0 1, 9 1)")
 read_walls(Path("walls.wkt"))
 """
+LIVE = """
+from hazbot_gym.live import server
+from hazbot_gym.live.policies import Policies
+server.Live(Policies(), 8765).application()
+"""
 # What each extra is for, used in an environment that has nothing but this extra.
 USES: dict[str, tuple[tuple[str, ...], ...]] = {
     "": (("hazbot", "list"), ("hazbot", "eval", "--policy", "ppo", "--episodes", "2")),
@@ -51,6 +56,7 @@ USES: dict[str, tuple[tuple[str, ...], ...]] = {
     "study": (("hazbot", "study", "--episodes", "2", "--out", "study"),),
     "export": (("hazbot", "export", "--policy", "ppo", "--format", "onnx", "--out", "there"),),
     "datasets": (("hazbot", "dataset", "--policy", "idm", "--episodes", "1", "--out", "there"),),
+    "live": (("python", "-c", LIVE),),
     "cluster": (("python", "-c", "import hazbot_gym.evaluation.ray_cluster"),),
 }
 
