@@ -14,7 +14,7 @@ import pytest
 
 pytest.importorskip("tyro")
 
-pytestmark = pytest.mark.clients
+pytestmark = [pytest.mark.clients, pytest.mark.slow]
 
 RUNNER = Path(__file__).parents[2] / "examples" / "cleanrl.py"
 SCRIPTS = {

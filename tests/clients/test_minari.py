@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("minari")
 pytest.importorskip("jax", reason="needs minari[create]")
 
-pytestmark = [pytest.mark.clients, pytest.mark.filterwarnings("default")]
+pytestmark = [pytest.mark.clients, pytest.mark.slow, pytest.mark.filterwarnings("default")]
 
 
 def test_an_episode_is_collected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

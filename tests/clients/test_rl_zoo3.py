@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("rl_zoo3")
 
-pytestmark = pytest.mark.clients
+pytestmark = [pytest.mark.clients, pytest.mark.slow]
 
 SETTINGS = Path(__file__).parents[2] / "configs" / "rl_zoo3" / "ppo.yml"
 WHAT = ["--algo", "ppo", "--env", "hazbot_gym/Corridor-v1", "--gym-packages", "hazbot_gym"]

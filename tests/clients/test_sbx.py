@@ -10,7 +10,7 @@ sbx = pytest.importorskip("sbx")
 
 from tests.clients.learn import algorithms, learn_and_act  # noqa: E402  (needs the library)
 
-pytestmark = [pytest.mark.clients, pytest.mark.filterwarnings("default")]
+pytestmark = [pytest.mark.clients, pytest.mark.slow, pytest.mark.filterwarnings("default")]
 
 
 @pytest.mark.parametrize("algorithm", algorithms(sbx))

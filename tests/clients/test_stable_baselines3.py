@@ -11,7 +11,7 @@ contrib = pytest.importorskip("sb3_contrib")
 
 from tests.clients.learn import algorithms, learn_and_act  # noqa: E402  (needs the library)
 
-pytestmark = [pytest.mark.clients, pytest.mark.filterwarnings("default")]
+pytestmark = [pytest.mark.clients, pytest.mark.slow, pytest.mark.filterwarnings("default")]
 
 
 @pytest.mark.parametrize("algorithm", [*algorithms(sb3), *algorithms(contrib)])

@@ -15,7 +15,7 @@ from hazbot_gym.envs.vector import CorridorVectorEnv
 
 envs = pytest.importorskip("torchrl.envs")
 
-pytestmark = [pytest.mark.clients, pytest.mark.filterwarnings("default")]
+pytestmark = [pytest.mark.clients, pytest.mark.slow, pytest.mark.filterwarnings("default")]
 
 MODE = AutoresetMode.SAME_STEP
 HORIZON = 20
