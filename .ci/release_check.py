@@ -55,7 +55,9 @@ USES: dict[str, tuple[tuple[str, ...], ...]] = {
     "places": (("python", "-c", WALLS),),
     "study": (("hazbot", "study", "--episodes", "2", "--out", "study"),),
     "export": (("hazbot", "export", "--policy", "ppo", "--format", "onnx", "--out", "there"),),
-    "datasets": (("hazbot", "dataset", "--policy", "idm", "--episodes", "1", "--out", "there"),),
+    "datasets": (
+        ("hazbot", "dataset", "--policy", "idm", "--episodes", "1", "--out", "corridor-idm-v0"),
+    ),
     "live": (("python", "-c", LIVE),),
     "cluster": (("python", "-c", "import hazbot_gym.evaluation.ray_cluster"),),
 }

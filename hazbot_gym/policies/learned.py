@@ -64,6 +64,8 @@ def lacking(given: Layout, trained: Layout) -> str:
 
     A gas sensor, or more people, may be there in addition.
     """
+    if given is trained:
+        return ""
     if trained.has_gas and not given.has_gas:
         return "gas: given observations without a gas sensor, this policy was trained with one"
     if given.has_people != trained.has_people:
@@ -118,15 +120,32 @@ class FromFile:
         """
         observation = numbers(observation)
         given = layout_of(observation)
-        policy = self.policy_for(given)
-        trained = trained_layout(policy)
-        if trained is None:
+        if given not in self._fits:
+            self._fits[given] = _fit(self.policy_for(given), given)
+        policy, seen = self._fits[given]
+        if seen is given:
             return policy.predict(observation, state, episode_start, deterministic)
-        check_fields(given, trained)
-        seen = layout_with(given.sensors, trained.person_slots, trained.has_gas)
         observation = selected(observation, seen)
         with observing_layout(seen):
             return policy.predict(observation, state, episode_start, deterministic)
+
+    @cached_property
+    def _fits(self) -> dict[Layout, tuple[Policy, Layout]]:
+        """The policy for each layout of observations, and the layout of its own."""
+        return {}
+
+
+def _fit(policy: Policy, given: Layout) -> tuple[Policy, Layout]:
+    """Return a policy, and the layout of the fields that it is given of observations.
+
+    Raises:
+        InvalidInput: They lack some of its fields.
+    """
+    trained = trained_layout(policy)
+    if trained is None:
+        return policy, given
+    check_fields(given, trained)
+    return policy, layout_with(given.sensors, trained.person_slots, trained.has_gas)
 
 
 @dataclass(frozen=True, config=OPTIONS)

@@ -258,6 +258,14 @@ def _family(ring: Ring, person_slots: int) -> Family:
     return {layout.width: layout for layout in layouts}
 
 
+@cache
+def _family_of(layout: Layout) -> Family:
+    """Return the layouts with the same sensors; a ring as large as a named one is taken for it."""
+    same_size = [named for named in RINGS.values() if len(named) == len(layout.sensors)]
+    ring = same_size[0] if same_size else layout.sensors
+    return _family(ring, layout.person_slots or PERSON_SLOTS)
+
+
 LAYOUTS = {tier: layout_for(tier) for tier in TIERS}  # of the paper's ring
 KNOWN: Family = {
     width: layout
@@ -282,10 +290,7 @@ def observing(config: Config) -> Iterator[None]:
 @contextmanager
 def observing_layout(layout: Layout) -> Iterator[None]:
     """Let policies read observations of a layout, or of another tier with the same sensors."""
-    ring, slots = layout.sensors, layout.person_slots or PERSON_SLOTS
-    for named in RINGS.values():  # a ring as large as a named one is taken for it
-        ring = named if len(named) == len(ring) else ring
-    token = _readable.set(_family(ring, slots))
+    token = _readable.set(_family_of(layout))
     try:
         yield
     finally:
@@ -337,7 +342,7 @@ def selected(observation: npt.NDArray[np.float32], layout: Layout) -> npt.NDArra
         InvalidInput: They lack one of its fields.
     """
     given = layout_of(observation)
-    if given.names == layout.names:
+    if given is layout or given.names == layout.names:
         return observation
     return observation[..., _columns(given, layout)]
 
