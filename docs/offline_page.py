@@ -11,10 +11,10 @@ from hazbot_gym.utils.text_tables import Rows, shown
 
 METRICS = ("contacts_per_km", "delay_s", "personal_m")
 TITLES = (
-    "data set", "policy", "return", "arrived, %", "contacts by robot per km", "delay, s",
+    "policy", "return", "arrived, %", "contacts by robot per km", "delay, s",
     "in the personal zone, m",
 )  # fmt: skip
-METHODS = {"bc": "behaviour cloning", "td3_bc": "TD3+BC"}
+METHODS = {"bc": "↳ behaviour cloning", "td3_bc": "↳ TD3+BC"}
 
 
 def page(template: str, record: JsonObject, *, name: str) -> str:
@@ -34,7 +34,7 @@ def page(template: str, record: JsonObject, *, name: str) -> str:
         least=f"{min(sizes):,}",
         most=f"{max(sizes):,}",
         d3rlpy=record["versions"]["d3rlpy"],
-        table=markdown_table(TITLES, rows(record["runs"]), wordy=("policy",)),
+        table=markdown_table(TITLES, rows(record["runs"])),
     )
 
 
@@ -42,10 +42,10 @@ def rows(runs: list[JsonObject]) -> Rows:
     """Return the policy of each data set, followed by those trained from it."""
     found: Rows = []
     for run in runs:
-        dataset = f"`{run['dataset']}`"
-        if dataset not in {row[0] for row in found}:
-            found.append((dataset, f"`{run['policy']}`", *_means(run["recorded"])))
-        found.append(("", METHODS[run["method"]], *_means(run["trained"])))
+        policy = f"`{run['policy']}`"
+        if policy not in {row[0] for row in found}:
+            found.append((policy, *_means(run["recorded"])))
+        found.append((METHODS[run["method"]], *_means(run["trained"])))
     return found
 
 
