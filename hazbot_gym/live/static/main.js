@@ -1,5 +1,6 @@
 // The page: settings, keys and pointer; what the server sends goes to the place and the panels.
 
+import { Form } from "./form.js";
 import { searchOf, settingsOf, usual } from "./link.js";
 import { Motion } from "./motion.js";
 import { Panels } from "./panels.js";
@@ -7,7 +8,6 @@ import { PlaceView } from "./place.js";
 import { Connection } from "./socket.js";
 
 const YOU = "you";
-const SLIDERS = ["width_m", "people", "unyielding", "noise", "latency"];
 const FASTER_PER_S = 0.9; // change of the throttle while a key is down
 const SLOWER_PER_S = 1.6;
 const LEAD_MPS = 1.6; // of a person who is led by keys
@@ -22,6 +22,7 @@ const view = new PlaceView($("place"));
 const motion = new Motion();
 const keys = new Set(); // that are down
 let panels;
+let form;
 let settings = settingsOf(location.search);
 let scene = null;
 let state = null; // what is shown
@@ -30,13 +31,14 @@ let rate = 1;
 let throttle = 0;
 let isAdding = false;
 let isDragging = false;
+let isFresh = true; // nothing was shown of this scene yet
 let drawn = 0; // pictures so far
 
 // --- messages ------------------------------------------------------------------------------------
 
 connection.on("hello", (hello) => {
   panels = new Panels(hello);
-  fillChoices(hello);
+  form = new Form(hello, configure);
   connection.send("configure", { settings });
   setPlaying(!STILL && !document.hidden);
 });
@@ -53,8 +55,6 @@ connection.on("scene", (message) => {
   showSettings();
   history.replaceState(null, "", location.pathname + searchOf(settings));
 });
-
-let isFresh = true;
 
 connection.on("frame", (frame) => {
   if (frame.decision === 0 || isFresh) motion.reset();
@@ -94,80 +94,18 @@ function say(text, isError = false) {
 
 // --- settings ------------------------------------------------------------------------------------
 
-function fillChoices({ places, policies, rates }) {
-  const option = ({ name, label, about }) => Object.assign(new Option(label, name), { title: about });
-  $("env").replaceChildren(...places.map(option));
-  $("rate").replaceChildren(...rates.map((value) => new Option(`${value}×`, value, value === 1, value === 1)));
-  fillPolicies(policies, places.find(({ name }) => name === settings.env)?.has_gas);
-}
-
-function fillPolicies(policies, hasGas) {
-  const fitting = policies.filter(({ has_gas: needsGas }) => hasGas || !needsGas);
-  const options = () => fitting.map(({ name, label, about }) => Object.assign(new Option(label, name), { title: about }));
-  $("policy").replaceChildren(...options());
-  $("ghost").replaceChildren(new Option("none", ""), ...options().filter(({ value }) => value !== YOU));
-}
-
-const placeNow = () => panels.hello.places.find(({ name }) => name === settings.env);
-
-/** Return what a slider stands at while its setting is the place's own. */
-function ownValue(name) {
-  const { width_m: width, people, unyielding } = placeNow();
-  return { width_m: width, people: Math.round((people[0] + people[1]) / 2), unyielding, noise: 1, latency: 0 }[name];
-}
-
 function showSettings() {
-  fillPolicies(panels.hello.policies, placeNow().has_gas);
-  for (const name of ["env", "policy", "ghost", "tier"]) $(name).value = settings[name];
-  for (const name of SLIDERS) {
-    $(name).value = settings[name] ?? ownValue(name);
-    showOutput(name);
-  }
-  $("width_m").disabled = placeNow().width_m === null;
+  form.show(settings, scene?.decision_s ?? 0.1);
   const isYou = settings.policy === YOU;
   $("throttle-label").hidden = !isYou;
   $("take").hidden = $("end-drive").hidden = isYou;
   hint();
 }
 
-function showOutput(name) {
-  const output = document.querySelector(`output[for=${name}]`);
-  const value = Number($(name).value);
-  const { people, width_m: width } = placeNow();
-  const isOwn = settings[name] === null && value === ownValue(name);
-  const texts = {
-    width_m: width === null ? "–" : `${value.toFixed(1)} m`,
-    people: isOwn && people[0] !== people[1] ? `${people[0]} to ${people[1]}` : `${value}`,
-    unyielding: `${Math.round(100 * value)} %`,
-    noise: `${value} ×`,
-    latency: `${(value * (scene?.decision_s ?? 0.1)).toFixed(1)} s`,
-  };
-  output.textContent = texts[name];
-}
-
 function configure(changes) {
+  if (changes.policy === YOU) setThrottle(commandedShare());
   connection.send("configure", { settings: { ...settings, ...changes } });
 }
-
-for (const name of ["env", "policy", "ghost", "tier"]) {
-  $(name).addEventListener("change", () => {
-    const place = panels.hello.places.find((each) => each.name === $("env").value);
-    const others = name === "env" && place.width_m === null ? { width_m: null } : {};
-    const gasOnly = name === "env" && !place.has_gas && panels.hello.policies.filter((each) => each.has_gas).map((each) => each.name);
-    if (gasOnly && gasOnly.includes(settings.policy)) others.policy = "fuzzy_expert";
-    if (gasOnly && gasOnly.includes(settings.ghost)) others.ghost = "";
-    if (name === "policy" && $("policy").value === YOU) setThrottle(commandedShare());
-    configure({ [name]: $(name).value, ...(name === "env" ? { episode: 0 } : {}), ...others });
-  });
-}
-for (const name of SLIDERS) {
-  $(name).addEventListener("input", () => showOutput(name));
-  $(name).addEventListener("change", () => configure({ [name]: Number($(name).value) }));
-}
-$("own").addEventListener("click", () => {
-  const { width_m, people, unyielding, noise, latency } = usual();
-  configure({ width_m, people, unyielding, noise, latency });
-});
 
 // --- the run -------------------------------------------------------------------------------------
 
@@ -188,7 +126,6 @@ function setThrottle(share) {
 
 /** Take over from the policy, at the speed that it commands. */
 function take() {
-  setThrottle(commandedShare());
   configure({ policy: YOU });
 }
 
@@ -224,8 +161,8 @@ const DO = {
   scene: () => connection.send("export", { what: "scene" }),
   run: () => connection.send("export", { what: "run" }),
   ten() {
-    setThrottle(0);
     configure({ policy: YOU, ghost: "", episode: 0 });
+    setThrottle(0);
     connection.send("restart", { by: 0 });
     connection.send("compare");
     setPlaying(true);
@@ -235,7 +172,7 @@ const DO = {
 };
 
 function again(by) {
-  if (settings.policy === YOU) setThrottle(0);
+  setThrottle(0);
   connection.send("restart", { by });
   if (lastFrame()?.results && !STILL) setPlaying(true);
 }
