@@ -21,7 +21,7 @@ from hazbot_gym.utils import provenance
 FILE = "scenes.html"
 HERE = Path(__file__).parent
 STATIC = HERE.parents[1] / "hazbot_gym" / "live" / "static"
-SCRIPTS = ("shapes.js", "floor.js", "place.js", "motion.js")  # of the page, in an order without imports ahead
+SCRIPTS = ("shapes.js", "floor.js", "place.js", "motion.js")  # each after what it imports
 SCENES = {
     "The paper's crossing": Settings(env="C*", policy="fuzzy_expert", ghost="ppo"),
     "A doorway": Settings(env="Doorway-v1", policy="fuzzy_expert", ghost="ppo"),

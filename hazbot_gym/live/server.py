@@ -11,10 +11,10 @@ import errno
 import secrets
 import socket
 import time
-from collections.abc import Sequence
 from pathlib import Path
 
 import anyio
+import anyio.abc
 import anyio.to_thread
 
 from hazbot_gym.errors import HazbotError, InvalidInput, MissingExtra
@@ -116,26 +116,37 @@ class Page:
             self._session = await anyio.to_thread.run_sync(Session, self._policies)
             async with anyio.create_task_group() as tasks:
                 tasks.start_soon(self._play, tasks.cancel_scope)
-                await self._listen()
+                await self._listen(tasks)
                 tasks.cancel_scope.cancel()
 
-    async def _listen(self) -> None:
+    async def _listen(self, tasks: anyio.abc.TaskGroup) -> None:
         """Answer the page's messages."""
         with contextlib.suppress(WebSocketDisconnect):
             while True:
-                for answer in await self._answers(await self._socket.receive_text()):
-                    await _send(self._socket, answer)
+                text = await self._socket.receive_text()
+                try:
+                    message = messages.parse(text)
+                except HazbotError as error:
+                    line = messages.Line(text=str(error), is_error=True)
+                    await _send(self._socket, line)
+                    continue
+                if isinstance(message, messages.Compare):  # takes seconds; the run goes on
+                    tasks.start_soon(self._compare, message)
+                else:
+                    await self._answer(message)
 
-    async def _answers(self, text: str) -> Sequence[Sent]:
-        try:
-            message = messages.parse(text)
-        except HazbotError as error:
-            return [messages.Line(text=str(error), is_error=True)]
-        return await self._do(message)
-
-    async def _do(self, message: Received) -> Sequence[Sent]:
+    async def _answer(self, message: Received) -> None:
         async with self._lock:
-            return await anyio.to_thread.run_sync(self._session.receive, message)
+            answers = await anyio.to_thread.run_sync(self._session.receive, message)
+        for answer in answers:
+            await _send(self._socket, answer)
+
+    async def _compare(self, message: messages.Compare) -> None:
+        with contextlib.suppress(WebSocketDisconnect):
+            for answer in await anyio.to_thread.run_sync(
+                self._session.receive, message, abandon_on_cancel=True
+            ):
+                await _send(self._socket, answer)
 
     async def _play(self, scope: anyio.CancelScope) -> None:
         """Take decisions in time while the session plays; what comes late is not caught up."""

@@ -143,9 +143,7 @@ class Session:
         yield self.frame()
 
     def _start(self, settings: Settings, driver: Driver | None = None) -> Iterator[Sent]:
-        if not settings.model_copy(update={"episode": self.settings.episode}).is_same_scenario(
-            self.settings
-        ):
+        if not settings.is_same_ten(self.settings):
             self._own_returns, self._others = {}, {}
         self._begin(settings, driver)
         yield self.scene()
@@ -196,18 +194,22 @@ class Session:
             yield self._scores()
 
     def _compare(self) -> Iterator[Sent]:
+        settings = self.settings  # the person may choose others meanwhile
         if not self._others:
-            self._others = {policy: self._returns(policy) for policy in (EXPERT, LEARNED)}
+            others = {policy: _returns(policy, settings) for policy in (EXPERT, LEARNED)}
+            if settings.is_same_ten(self.settings):
+                self._others = others
         yield self._scores()
-
-    def _returns(self, policy: str) -> tuple[float, ...]:
-        """Return a policy's return in each of the ten scenarios."""
-        scenarios, seed = self.settings.scenarios(), self.settings.seed
-        rows = evaluate(
-            policy, scenarios.env, episodes=TEN, seed=seed, overrides=scenarios.overrides
-        )
-        return tuple(round(float(row["return"]), 2) for row in rows)
 
     def _scores(self) -> messages.Scores:
         mine = tuple(self._own_returns.get(episode) for episode in range(TEN))
         return messages.Scores(returns={YOU: mine, **self._others})
+
+
+def _returns(policy: str, settings: Settings) -> tuple[float | None, ...]:
+    """Return a policy's return in each of the ten scenarios."""
+    scenarios = settings.scenarios()
+    rows = evaluate(
+        policy, scenarios.env, episodes=TEN, seed=settings.seed, overrides=scenarios.overrides
+    )
+    return tuple(round(float(row["return"]), 2) for row in rows)

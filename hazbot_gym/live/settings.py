@@ -91,6 +91,10 @@ class Settings(Section):
         policies = {"policy": self.policy, "ghost": self.ghost}
         return other.model_copy(update=policies) == self
 
+    def is_same_ten(self, other: Settings) -> bool:
+        """Return True if only policies and episode differ."""
+        return self.model_copy(update={"episode": other.episode}).is_same_scenario(other)
+
     def command(self) -> str:
         """Return the command that measures the policy in the episodes up to this one."""
         words = ["hazbot", "eval", "--policy", self.policy, "--env", self._id()]

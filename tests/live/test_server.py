@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import http.client
 import json
+import threading
 from contextlib import closing
 from typing import Any, NamedTuple
 from urllib.parse import urlsplit
@@ -15,7 +16,7 @@ pytest.importorskip("hazbot_gym.live.server", reason="needs the extra live")
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from hazbot_gym.live import launch, server
+from hazbot_gym.live import launch, server, session
 from hazbot_gym.live.settings import Settings
 from tests.refusals import refused, says
 
@@ -110,6 +111,26 @@ def test_what_is_no_message_is_answered_by_a_line_and_the_page_goes_on(address: 
         socket.send('{"kind": "step"}')
         (frame,) = messages_of(socket, "frame")
         assert frame["decision"] == 1
+
+
+def test_a_run_goes_on_while_others_are_measured(
+    address: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    may_end = threading.Event()
+
+    def slow(*_: object, **__: object) -> list[dict[str, float]]:
+        may_end.wait(60)
+        return [{"return": 1.0}] * 10
+
+    monkeypatch.setattr(session, "evaluate", slow)
+    with page(address) as socket:
+        socket.send('{"kind": "compare"}')
+        socket.send('{"kind": "step"}')
+        (frame,) = messages_of(socket, "frame")
+        assert frame["decision"] == 1
+        may_end.set()
+        (scores,) = messages_of(socket, "scores")
+    assert scores["returns"]["fuzzy_expert"] == [1.0] * 10
 
 
 def test_too_many_pages_are_refused_with_a_line(
