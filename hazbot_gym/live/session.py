@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 from hazbot_gym.envs.plume import PlumeGrid
 from hazbot_gym.errors import HazbotError, InvalidInput
-from hazbot_gym.evaluation.rollout import evaluate
+from hazbot_gym.evaluation.driver import driver_of
+from hazbot_gym.evaluation.rollout import evaluate, resolve
 from hazbot_gym.live import messages, recording, view
 from hazbot_gym.live.messages import Received, Sent
 from hazbot_gym.live.policies import EXPERT, LEARNED, Policies
@@ -134,7 +135,7 @@ class Session:
             yield from self._start(settings)
             return
         if settings.policy != self.settings.policy:
-            self.run.driver = self._driver(settings.policy)
+            self.run.driver = self._driver(settings, settings.policy)
             self._is_by_hand = False
         if settings.ghost != self.settings.ghost:
             self.ghost = self._follow(settings)
@@ -150,7 +151,7 @@ class Session:
         yield self.frame()
 
     def _begin(self, settings: Settings, driver: Driver | None = None) -> None:
-        self.run = Run(settings, driver or self._driver(settings.policy))
+        self.run = Run(settings, driver or self._driver(settings, settings.policy))
         self.settings, self._edits = settings, recording.Edits()
         self._held, self._pending = {}, []
         self._is_by_hand = driver is None and settings.policy == YOU
@@ -158,14 +159,17 @@ class Session:
         self._expert.see(self.run)
         self.ghost = self._follow(settings)
 
-    def _driver(self, policy: str) -> Driver:
-        return self._hand if policy == YOU else PolicyDriver(self._policies.make(policy))
+    def _driver(self, settings: Settings, policy: str) -> Driver:
+        if policy == YOU:
+            return self._hand
+        config, _ = resolve(settings.scenarios())
+        return PolicyDriver(driver_of(self._policies.make(policy), config, policy))
 
     def _follow(self, settings: Settings) -> Run | None:
         """Return the ghost, which has taken as many decisions as the run, or is over."""
         if settings.ghost == NO_GHOST:
             return None
-        ghost = Run(settings, PolicyDriver(self._policies.make(settings.ghost)))
+        ghost = Run(settings, self._driver(settings, settings.ghost))
         while ghost.decision < self.run.decision and not ghost.is_over:
             ghost.step(self._edits.get(ghost.decision, ()))
         return ghost
