@@ -45,7 +45,7 @@ def test_an_arrow_key_takes_over_and_drives(browser: Any, address: str) -> None:
         browser,
         """
         press("ArrowUp");
-        await until(() => hazbot.settings.policy === "you" && hazbot.frame.speed > 0.3);
+        await until(() => hazbot.scene.settings.policy === "you" && hazbot.frame.speed > 0.3);
         press("ArrowUp", "keyup");
         await until(() => document.documentElement.dataset.fps);
         const { fps, bytes } = document.documentElement.dataset;
@@ -133,7 +133,7 @@ def test_a_policy_is_swapped_in_mid_run_and_a_ghost_joins(browser: Any, address:
         """
         await steps(12);
         choose("policy", "idm");
-        await until(() => hazbot.settings.policy === "idm");
+        await until(() => hazbot.scene.settings.policy === "idm");
         press(" ");
         const first = hazbot.frame.decision;
         choose("ghost", "ppo");
@@ -162,13 +162,13 @@ def test_a_link_gives_the_same_run_again(browser: Any, address: str) -> None:
         browser,
         """
         choose("env", "Doorway-v1");
-        await until(() => hazbot.settings.env === "Doorway-v1");
-        choose("people", "5");
-        await until(() => hazbot.settings.people === 5);
+        choose("people", "5");  // before the answer
         choose("policy", "velocity_obstacle");
-        await until(() => hazbot.settings.policy === "velocity_obstacle");
+        const isSet = ({ env, people, policy }) =>
+          env === "Doorway-v1" && people === 5 && policy === "velocity_obstacle";
+        await until(() => isSet(hazbot.scene.settings));
         press("n");
-        await until(() => hazbot.settings.episode === 1 && hazbot.frame.decision === 0);
+        await until(() => hazbot.scene.settings.episode === 1 && hazbot.frame.decision === 0);
         press(".");
         await wait(300);
         press("r");

@@ -71,8 +71,10 @@ connection.on("frame", (frame) => {
 connection.on("line", ({ text, is_error: isError }) => {
   say(text, isError);
   if (!isError) return;
-  if (scene) showSettings();
-  else connection.send("configure", { settings: usual() }); // a link that cannot be used
+  if (scene) {
+    settings = scene.settings;
+    showSettings();
+  } else connection.send("configure", { settings: usual() }); // a link that cannot be used
 });
 connection.on("scores", (scores) => panels.showScores(scores));
 connection.on("download", ({ name, text }) => {
@@ -104,7 +106,8 @@ function showSettings() {
 
 function configure(changes) {
   if (changes.policy === YOU) setThrottle(commandedShare());
-  connection.send("configure", { settings: { ...settings, ...changes } });
+  settings = { ...settings, ...changes }; // at once: another change may follow before the answer
+  connection.send("configure", { settings });
 }
 
 // --- the run -------------------------------------------------------------------------------------
