@@ -81,10 +81,6 @@ def test_gas_is_on_where_its_section_is_given_even_if_empty(
         ),
         ({"drive": {"nominal_speed_mps": 2.5}}, "drive.nominal_speed_mps ... 2.5"),
         (
-            {"drive": {"nominal_speed_mps": 1.5, "plant": {"u_max": 4.0}}},
-            "nominal_speed_mps ... 1.5 ... 1.2 ... u_max",
-        ),
-        (
             {"scenario": "E*", "people": {"model": "replay"}},
             "walkers ... 'replay'",
         ),

@@ -15,7 +15,7 @@ from hazbot_gym.core.kinematics import Chassis
 from hazbot_gym.core.line_sensor import LineSensor
 from hazbot_gym.core.own_terms import check_terms
 from hazbot_gym.core.own_walking import check_model
-from hazbot_gym.core.pid import PLANTS, PidGains, Plant, top_speed
+from hazbot_gym.core.pid import PidGains, Plant
 from hazbot_gym.core.sensor_ring import (
     RangeSensor,
     check_ring,
@@ -108,17 +108,6 @@ class Drive(Section):
             raise ValueError(
                 f"start_speed_mps = {self.start_speed_mps} is above nominal_speed_mps = "
                 f"{self.nominal_speed_mps}"
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _motors_reach_nominal(self) -> Drive:
-        plant = PLANTS[self.plant] if isinstance(self.plant, str) else self.plant
-        top_mps = self.chassis.r * top_speed(plant)
-        if self.wheel_loop != "ideal" and self.nominal_speed_mps > top_mps:
-            raise ValueError(
-                f"nominal_speed_mps: given {self.nominal_speed_mps}, allowed is at most "
-                f"{top_mps:.3g}, the speed of the weaker motor at plant.u_max"
             )
         return self
 

@@ -70,11 +70,6 @@ def motor_gain(plant: Plant, is_right: bool) -> float:
     return plant.K * (1.0 + plant.a) if is_right else plant.K * (1.0 - plant.a)
 
 
-def top_speed(plant: Plant) -> float:
-    """Return the largest steady speed of the weaker motor [rad/s]; infinite without a bound."""
-    return plant.K * (1.0 - abs(plant.a)) * plant.u_max if plant.u_max > 0.0 else math.inf
-
-
 @scalar
 def lagged_input(drive: float, u: float, plant: Plant, dt_s: float) -> float:
     """Return the motor input, bounded and behind the extra lag, after one explicit Euler step."""

@@ -79,6 +79,7 @@ def test_kernels_are_cached_elsewhere_where_the_package_folder_cannot_be_written
     # A file where the folder of caches would be stops the superuser too, unlike permissions.
     (copy / "core" / "__pycache__").write_text("")
     paths = {"PYTHONPATH": str(copy.parent), "XDG_CACHE_HOME": str(tmp_path / "cache")}
+    paths["NUMBA_CACHE_DIR"] = ""  # numba's default
 
     (first, file, _), (second, _, _) = run(tmp_path, **paths), run(tmp_path, **paths)
 
