@@ -40,6 +40,11 @@ from hazbot_gym.task.wall_files import read_walls
 Path("walls.wkt").write_text("LINESTRING (0 1, 9 1)")
 read_walls(Path("walls.wkt"))
 """
+ROBOTS = """
+from pettingzoo.test import parallel_api_test
+from hazbot_gym.envs.robots import parallel_env
+parallel_api_test(parallel_env(2), num_cycles=10)
+"""
 LIVE = """
 from hazbot_gym.live import server
 from hazbot_gym.live.policies import Policies
@@ -58,6 +63,7 @@ USES: dict[str, tuple[tuple[str, ...], ...]] = {
     "datasets": (
         ("hazbot", "dataset", "--policy", "idm", "--episodes", "1", "--out", "corridor-idm-v0"),
     ),
+    "robots": (("python", "-c", ROBOTS),),
     "live": (("python", "-c", LIVE),),
     "cluster": (("python", "-c", "import hazbot_gym.evaluation.ray_cluster"),),
 }

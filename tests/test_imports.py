@@ -84,6 +84,7 @@ TRAINING = tuple(
 # The only modules that may import a heavy library; a room's name stands for all its modules.
 HOMES = {
     "pymunk": ("sim.world",),
+    "pettingzoo": ("envs.robots",),
     "pygame": ("envs.canvas", "envs.window"),
     "imageio_ffmpeg": ("viewer.video",),
     "PIL": ("envs.canvas", "viewer.video", "task.wall_files"),

@@ -18,6 +18,7 @@ from typing import Any
 import animations
 import results
 import study_report
+import table_text
 import typer
 from sphinx.application import Sphinx
 
@@ -173,6 +174,33 @@ def results_figure(name: str, *words: str) -> str:
     return results.html(name, " ".join(words))
 
 
+def robots_table() -> str:
+    """Return what happens to several robots, by their number and policy."""
+    record = read_json(results.RECORDS / "robots.json")
+    titles = (
+        "robots", "policy", "delay [s]", "contacts with robots", "contacts with people", "deadlocks"
+    )  # fmt: skip
+    rows = [_robots_row(record, run) for run in record["runs"]]
+    return table_text.markdown_table(titles, rows, wordy=("policy",))
+
+
+def _robots_row(record: Any, run: Any) -> tuple[str, ...]:
+    ends, percent = run["ends"], 100.0 / len(run["ends"])
+    delays_s = [
+        (end["time_s"] if end["outcome"] == "arrived" else record["horizon_s"]) - end["time_free_s"]
+        for end in ends
+    ]
+    robots = sum(end["outcome"] == "contact_robot" for end in ends)
+    people = sum(
+        end["outcome"] == "contact_person" and end["contact_caused_by"] == "robot" for end in ends
+    )
+    stuck = len({end["seed"] for end in ends if end["outcome"] == "timeout"})
+    return (
+        str(run["robots"]), f"`{run['policy']}`", f"{sum(delays_s) / len(ends):.1f}",
+        f"{percent * robots:.1f}", f"{percent * people:.1f}", f"{stuck} of {record['episodes']}",
+    )  # fmt: skip
+
+
 def policy_table() -> str:
     """Return the policies of the library, with their options."""
     lines = [
@@ -322,6 +350,7 @@ MAKERS: dict[str, Callable[..., str]] = {
         shipped_table,
         shipped_prices,
         shipped_gain,
+        robots_table,
         results_figure,
         policy_table,
         policy_classes,

@@ -179,7 +179,7 @@ def straight_path(points: Floats, corner_radius_m: float = 1.0) -> Records:
         if i < len(turns) and turns[i] != 0.0:
             curvature = math.copysign(1.0 / corner_radius_m, turns[i])
             pieces.append((abs(float(turns[i])) * corner_radius_m, curvature))
-    return _chain(float(points[0, 0]), float(points[0, 1]), float(headings[0]), pieces)
+    return chain_path(float(points[0, 0]), float(points[0, 1]), float(headings[0]), pieces)
 
 
 def _too_sharp(points: Floats, radius_m: float, cut: Floats, leg: int) -> str:
@@ -198,10 +198,11 @@ def _too_sharp(points: Floats, radius_m: float, cut: Floats, leg: int) -> str:
 
 def circle_path(x: float, y: float, heading: float, radius_m: float) -> Records:
     """Return one lap, counter-clockwise, of a circle that starts at (x, y) with a heading."""
-    return _chain(x, y, heading, [(2.0 * math.pi * radius_m, 1.0 / radius_m)])
+    return chain_path(x, y, heading, [(2.0 * math.pi * radius_m, 1.0 / radius_m)])
 
 
-def _chain(x: float, y: float, heading: float, pieces: list[tuple[float, float]]) -> Records:
+def chain_path(x: float, y: float, heading: float, pieces: list[tuple[float, float]]) -> Records:
+    """Return the path that starts at (x, y) with a heading, of pieces of a length and curvature."""
     pieces = [piece for piece in pieces if piece[0] > 0.0]
     path = records(PATH_PIECE, len(pieces))
     s = 0.0

@@ -15,7 +15,7 @@ from hazbot_gym.core.jit import scalar
 
 # Streams: consumers of noise. A new consumer takes a new number; existing numbers are fixed.
 SCENARIO, WHEELS, SONAR, TRACKER, CROWD = 1, 2, 3, 4, 5
-LEAK_DRAW, GAS_FIELD, GAS_READING, CONFIG = 6, 7, 8, 9
+LEAK_DRAW, GAS_FIELD, GAS_READING, CONFIG, ROBOT_STARTS = 6, 7, 8, 9, 10
 
 _MULTIPLIER_0 = np.uint64(0xD2511F53)
 _MULTIPLIER_1 = np.uint64(0xCD9E8D57)

@@ -79,7 +79,7 @@ class Problem(NamedTuple):
 
 
 @scalar
-def _surroundings(problem: Problem) -> Surroundings:
+def surroundings_of(problem: Problem) -> Surroundings:
     """Return the surroundings of the worlds."""
     return Surroundings(problem.table.places, problem.table.recorded)
 
@@ -88,7 +88,7 @@ def _surroundings(problem: Problem) -> Surroundings:
 
 
 @scalar
-def _command(
+def command_world(
     i: int, action: float, reflex_stop_m: float, worlds: Worlds, problem: Problem, outputs: Outputs
 ) -> None:
     """Command the speed of an action to the robot of world i, and record the state before it."""
@@ -100,10 +100,10 @@ def _command(
 
 
 @scalar
-def _perceive(i: int, worlds: Worlds, problem: Problem) -> None:
+def perceive_world(i: int, worlds: Worlds, problem: Problem) -> None:
     """Update the sensors of world i."""
     perceive(
-        worlds.robots[i], worlds.people[i], place_of(worlds, i, _surroundings(problem)).walls,
+        worlds.robots[i], worlds.people[i], place_of(worlds, i, surroundings_of(problem)).walls,
         problem.sensors[0], problem.ring, worlds.history[i], worlds.keys[i], worlds.steps[i],
         worlds.ranges[i], worlds.tracks[i],
     )  # fmt: skip
@@ -116,12 +116,10 @@ def _perceive(i: int, worlds: Worlds, problem: Problem) -> None:
 
 
 @scalar
-def _judge(
-    i: int, contact: int, worlds: Worlds, episodes: Episodes, problem: Problem, outputs: Outputs
-) -> None:
-    """Write outcome, reward and cost of the decision of world i."""
+def judge_world(i: int, contact: int, worlds: Worlds, problem: Problem, outputs: Outputs) -> bool:
+    """Write outcome, reward and cost of world i; return True if its episode is over."""
     record, terms, steps = outputs.records[i], outputs.terms[i], worlds.steps[i]
-    path = place_of(worlds, i, _surroundings(problem)).path
+    path = place_of(worlds, i, surroundings_of(problem)).path
     judge(record, worlds.robots[i], worlds.people[i], path, contact, steps, problem.rules[0], terms)
     if worlds.gas.shape[0] > 0:
         terms[SURVEY] = survey(worlds.gas[i], record.outcome, problem.table.gas.nose[0])
@@ -134,13 +132,14 @@ def _judge(
     outputs.rewards[i] = total(terms, problem.weights)
     outputs.costs[i] = safety_cost(terms, record.cause)
     outputs.steps[i] = steps
-    episodes.is_over[i] = record.outcome != RUNNING
+    is_over: bool = record.outcome != RUNNING
+    return is_over
 
 
 @scalar
-def _observe(i: int, worlds: Worlds, problem: Problem, outputs: Outputs) -> None:
+def observe_world(i: int, worlds: Worlds, problem: Problem, outputs: Outputs) -> None:
     """Write the observation of world i."""
-    path = place_of(worlds, i, _surroundings(problem)).path
+    path = place_of(worlds, i, surroundings_of(problem)).path
     observe(
         worlds.robots[i], path, worlds.ranges[i], worlds.tracks[i], worlds.gas[i : i + 1],
         outputs.observations[i],
@@ -176,7 +175,7 @@ def _reset_world(
     episodes.is_over[i] = False
     for k in range(worlds.pending.shape[1]):
         worlds.pending[i, k] = problem.start_speed_mps
-    path = place_of(worlds, i, _surroundings(problem)).path
+    path = place_of(worlds, i, surroundings_of(problem)).path
     if worlds.gas.shape[0] > 0:
         table = problem.table.gas
         left_m, right_m = table.sides[worlds.places[i], 0], table.sides[worlds.places[i], 1]
@@ -185,9 +184,9 @@ def _reset_world(
     place_robot(
         worlds.robots[i], worlds.wheels[i], path, problem.start_speed_mps, m.drive[0], m.gains
     )
-    start_people(worlds, i, _surroundings(problem), m, work)
-    _perceive(i, worlds, problem)
-    _observe(i, worlds, problem, outputs)
+    start_people(worlds, i, surroundings_of(problem), m, work)
+    perceive_world(i, worlds, problem)
+    observe_world(i, worlds, problem, outputs)
 
 
 # --- all worlds ----------------------------------------------------------------------------------
@@ -223,16 +222,18 @@ def run_worlds(
                 episodes.was_over[i] = episodes.is_over[i]
             if mask[i] and not episodes.is_over[i]:
                 lanes.world[count] = i
-                _command(i, actions[i], reflex_stop_m, worlds, problem, outputs)
+                command_world(i, actions[i], reflex_stop_m, worlds, problem, outputs)
                 count += 1
             i += 1
-        advance_group(lanes, count, worlds, _surroundings(problem), problem.mechanics, work)
+        advance_group(lanes, count, worlds, surroundings_of(problem), problem.mechanics, work)
         for lane in range(count):
             stepped = lanes.world[lane]
             worlds.steps[stepped] += 1
-            _perceive(stepped, worlds, problem)
-            _judge(stepped, lanes.contact[lane], worlds, episodes, problem, outputs)
-            _observe(stepped, worlds, problem, outputs)
+            perceive_world(stepped, worlds, problem)
+            episodes.is_over[stepped] = judge_world(
+                stepped, lanes.contact[lane], worlds, problem, outputs
+            )
+            observe_world(stepped, worlds, problem, outputs)
     for i in range(first, last):
         if mask[i] and episodes.is_over[i] and (mode != NEXT_STEP or episodes.was_over[i]):
             _reset_world(i, worlds, episodes, problem, outputs, work)

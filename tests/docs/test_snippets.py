@@ -25,6 +25,7 @@ PAGES = (
     "docs/curriculum.md",
     "docs/clients.md",
     "docs/datasets.md",
+    "docs/robots.md",
 )
 CLIENTS = ("sbx", "skrl", "tianshou", "torchrl")  # libraries that only make clients installs
 SNIPPETS = [
@@ -55,6 +56,8 @@ def test_a_snippet_runs_as_it_is_printed(
     for optional in (*CLIENTS, "minari"):
         if re.search(rf"(from|import) {optional}", snippet):
             pytest.importorskip(optional)
+    if "envs.robots" in snippet:
+        pytest.importorskip("pettingzoo")
     if "train(" in snippet or "stable_baselines3" in snippet:
         pytest.importorskip("stable_baselines3")
     if "RecordVideo" in snippet and not hasattr(wrappers.vector, "RecordVideo"):
