@@ -42,7 +42,7 @@ from hazbot_gym.sim.walkers import Workspace
 
 
 class Robots(NamedTuple):
-    """Who is there: people first, then robots."""
+    """State of the robots besides that of their worlds."""
 
     people: int  # number of records before those of the robots
     present: Bools  # (R,) True while the robot's episode is running
@@ -135,7 +135,7 @@ def step_robots(
         periods: Social periods of a decision; ``problem.mechanics`` has one.
         reflex_stop_m: Front range of the reflex stop.
         worlds: A world for each robot; its ``steps`` count decisions, here social periods.
-        robots: Who is there; present robots whose episodes end are marked as absent.
+        robots: Their presence and contacts; present robots whose episodes end are marked as absent.
         problem: Parameters of all worlds.
         outputs: Outputs, one row per robot.
         group: Scratch memory, like ``work``.
