@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import benchmark_pages
 import cluster_page
 import coverage_page
+import learning_page
 import offline_page
 import paper_page
 import study_report
@@ -67,6 +68,7 @@ PAGES = (
     Page("cluster", cluster_page.page, RECORDS / "cluster.json"),
     Page("datasets", offline_page.page, RECORDS / "offline.json"),
     Page("coverage", coverage_page.page, RECORDS / "coverage.json"),
+    Page("learning", learning_page.page, RECORDS / "learning.json"),
     Page("study", study_report.page, STUDY),
     Page("study_tables", study_report.page, STUDY),
     Page("paper", paper_page.page, PAPER, {"calibration": CALIBRATION}),

@@ -17,6 +17,11 @@ over the training, so that the policy comes to rest.
 With ``final_log_std`` the standard deviation of the actions is not learned: its logarithm goes
 linearly from ``log_std_init`` to this value over the training.
 
+With ``normalize_by_env`` the advantages of a rollout are normalized within each environment of the
+training before those of a minibatch are. Otherwise environments in which much is at stake, such as
+a door that can be blocked, decide on the direction of an update alone (compare per-task
+normalization, Hessel et al., AAAI 2019).
+
 Discrete actions, state-dependent exploration and clipped value losses use the methods of
 Stable-Baselines3.
 """
@@ -25,10 +30,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
 import gymnasium
 import numpy as np
+import numpy.typing as npt
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.buffers import RolloutBuffer
@@ -39,9 +45,11 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from hazbot_gym.envs.arguments import Info
 from hazbot_gym.policies.guard import Flags, Observations
+from hazbot_gym.training.combined_envs import CombinedEnvs
 
 CHUNK = 2048  # decisions whose gradient is computed at once: their activations fit into the cache
 LR_STEP, LR_LEAST, LR_MOST = 1.5, 1e-5, 1e-2  # of the learning rate that follows the KL divergence
+Advantages = TypeVar("Advantages", torch.Tensor, npt.NDArray[np.float32])
 HALF_LOG_2_PI = 0.5 * float(np.log(2.0 * np.pi))
 
 
@@ -71,6 +79,7 @@ class ArrayPPO(PPO):
         threads: Number of threads of an update.
         desired_kl: Desired KL divergence of an update at the start of the training, or None.
         final_log_std: Logarithm of the standard deviation at the end of the training, or None.
+        normalize_by_env: Whether advantages are normalized within each environment first.
     """
 
     threads = 1
@@ -80,6 +89,7 @@ class ArrayPPO(PPO):
         *args: Any,
         desired_kl: float | None = None,
         final_log_std: float | None = None,
+        normalize_by_env: bool = False,
         **kwargs: Any,
     ) -> None:
         """Make a model; see ``stable_baselines3.PPO``.
@@ -90,9 +100,12 @@ class ArrayPPO(PPO):
                 first one. None: the learning rate is as given.
             final_log_std: Logarithm of the standard deviation at the end of the training. None: the
                 standard deviation is learned.
+            normalize_by_env: Whether to normalize the advantages within each environment of a
+                ``CombinedEnvs`` first; not with discrete actions.
             **kwargs: Arguments of ``stable_baselines3.PPO``.
         """
         self.desired_kl, self.final_log_std = desired_kl, final_log_std
+        self.normalize_by_env = normalize_by_env
         super().__init__(*args, **kwargs)
         if final_log_std is not None and self._is_gaussian():
             self.policy.log_std.requires_grad_(False)
@@ -226,6 +239,10 @@ class ArrayPPO(PPO):
                 buffer.rewards[step, i] += self.gamma * value.item()
             final = policy.predict_values(torch.as_tensor(cast(Observations, self._last_obs)))
         buffer.compute_returns_and_advantage(final, cast(Flags, self._last_episode_starts))
+        if self.normalize_by_env:
+            assert self.env is not None
+            for worlds in cast(CombinedEnvs, self.env.unwrapped).slices:
+                buffer.advantages[:, worlds] = normalized(buffer.advantages[:, worlds])
 
     def _epoch(
         self, whole: Chunk, clip_range: float, pool: ThreadPoolExecutor
@@ -247,7 +264,7 @@ class ArrayPPO(PPO):
         """Set the gradient of the loss of a minibatch; return the sums of its losses."""
         advantages = whole.advantages[rows]
         if self.normalize_advantage and len(rows) > 1:
-            advantages = (advantages - advantages.mean()) / (advantages.std() + 1e-8)
+            advantages = normalized(advantages)
 
         def part(first: int) -> tuple[tuple[torch.Tensor | None, ...], Losses]:
             chunk = Chunk(*(each[rows[first : first + CHUNK]] for each in whole))
@@ -300,6 +317,12 @@ class ArrayPPO(PPO):
         self.logger.record("train/std", policy.log_std.exp().mean().item())
         self.logger.record("train/n_updates", self._n_updates, exclude="tensorboard")
         self.logger.record("train/clip_range", clip_range)
+
+
+def normalized(advantages: Advantages) -> Advantages:
+    """Return advantages with mean 0 and standard deviation 1."""
+    result: Advantages = (advantages - advantages.mean()) / (advantages.std() + 1e-8)
+    return result
 
 
 def features_of(policy: ActorCriticPolicy, observations: torch.Tensor) -> torch.Tensor:

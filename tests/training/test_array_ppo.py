@@ -148,3 +148,15 @@ def test_the_standard_deviation_falls_as_scheduled() -> None:
         expected = -2.0 + remaining
         assert model.policy.log_std.item() == pytest.approx(expected)
     assert not torch.equal(model.policy.action_net.weight, before)
+
+
+def test_advantages_are_normalized_within_each_environment() -> None:
+    env = ["Crossing-v1", "Corridor-v1"]
+    plain = collected(model_of(small(env=env)))
+    options = {**SMALL["options"], "normalize_by_env": True}
+    own = collected(model_of(small(env=env, options=options)))
+    assert np.array_equal(own.returns, plain.returns)
+    for worlds in (slice(0, 24), slice(24, 48)):
+        advantages = plain.advantages[:, worlds]
+        expected = (advantages - advantages.mean()) / advantages.std()
+        assert own.advantages[:, worlds] == pytest.approx(expected, abs=1e-4)

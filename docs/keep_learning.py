@@ -1,0 +1,97 @@
+"""Keep the study of how PPO learns in Crossing-v1: ``python docs/keep_learning.py DIR``.
+
+DIR is a study with ``configs/study_crossing.yaml``. Writes ``benchmarks/learning.json`` and the
+learning curves of all seeds.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+from hazbot_gym.paper.plot_style import BLUE, INK, SOFT, legend, new, svg
+from hazbot_gym.study.candidates import folder_of
+from hazbot_gym.study.report import page
+from hazbot_gym.training.run_folder import RESULT, TENSORBOARD
+from hazbot_gym.utils.files import read_json, write_json, write_text
+
+ROOT = Path(__file__).parents[1]
+RECORD = ROOT / "benchmarks" / "learning.json"
+CURVES = ROOT / "docs" / "images" / "learning.svg"
+METRICS = ("return", "delay_s", "discomfort_s", "personal_m", "arrived", "contacts_per_km")
+POINTS = 40  # of a learning curve
+COLUMNS = 3
+
+
+def kept(folder: Path) -> dict[str, Any]:
+    """Return what the page needs of a study of one scenario set."""
+    study = page.read(folder)
+    ((_, found),) = study.summary["sets"].items()
+    return {
+        "reference": study.summary["reference"],
+        "episodes": next(iter(found.values()))["episodes"],
+        "commit": study.manifest["commit"],
+        "machine": study.manifest["machine"],
+        "policies": {
+            policy: {name: block["metrics"][name] for name in METRICS}
+            | {"return_gain": block["return_gain"]}
+            for policy, block in found.items()
+        },
+        "runs": {
+            learner.name: [_run(folder_of(learner, k, folder)) for k in range(learner.seeds)]
+            for learner in study.config.learners
+        },
+    }
+
+
+def _run(folder: Path) -> dict[str, Any]:
+    """Return time, actions and learning curve of a run: returns of its training episodes."""
+    result = read_json(folder / RESULT)
+    events = EventAccumulator(str(folder / TENSORBOARD), size_guidance={"scalars": 0})
+    events.Reload()
+    points = events.Scalars("episode/return")
+    rows = np.unique(np.linspace(0, len(points) - 1, POINTS).round().astype(int))
+    return {
+        "training_seconds": result["training_seconds"],
+        "actions": result["steps"],
+        "steps": [points[row].step for row in rows],
+        "returns": [round(points[row].value, 1) for row in rows],
+    }
+
+
+def curves(record: dict[str, Any]) -> str:
+    """Draw the learning curves of all seeds, a panel for each learner, rules as lines."""
+    runs, policies = record["runs"], record["policies"]
+    rules = {name: each["return"]["mean"] for name, each in policies.items() if name not in runs}
+    best = max(rules, key=lambda name: rules[name])
+    rows = -(-len(runs) // COLUMNS)
+    figure, axes = new(1.75 * rows + 0.4, rows, COLUMNS, sharex=True, sharey=True, squeeze=False)
+    for axis in axes.flat[len(runs) :]:
+        axis.set_visible(False)
+    for axis, (name, seeds) in zip(axes.flat, runs.items(), strict=False):
+        axis.set_title(name, fontsize=9, color=INK)
+        axis.axhline(rules["fuzzy_expert"], color=SOFT, linewidth=1.0, linestyle=":")
+        axis.axhline(rules[best], color=INK, linewidth=1.0, linestyle=(0, (4, 3)))
+        for k, run in enumerate(seeds):
+            share = np.array(run["steps"]) / run["actions"]
+            label = "training episodes, one line a seed" if k == 0 else None
+            axis.plot(share, run["returns"], color=BLUE, linewidth=1.1, label=label)
+    lowest = min(rules.values())
+    axes[0, 0].set_ylim(lowest - 60.0, max(rules.values()) + 10.0)
+    figure.supxlabel("share of the training", fontsize=9)
+    figure.supylabel("return", fontsize=9)
+    axes[0, 0].lines[0].set_label("fuzzy_expert")
+    axes[0, 0].lines[1].set_label(best)
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    legend(figure, handles=handles, labels=labels, loc="outside upper center", ncols=3)
+    return svg(figure)
+
+
+if __name__ == "__main__":
+    record = kept(Path(sys.argv[1]))
+    write_text(CURVES, curves(record))
+    write_json(RECORD, record)

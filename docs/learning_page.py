@@ -1,0 +1,70 @@
+"""The page on how PPO learns in one environment, from its committed record."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Iterator
+from string import Template
+from typing import Any
+
+from table_text import markdown_table
+
+from hazbot_gym.utils.text_tables import shown
+
+Record = dict[str, Any]
+
+TITLES = (
+    "policy",
+    "return (95 %)",
+    "difference to the reference (95 %)",
+    "delay, s",
+    "discomfort, s",
+    "arrived, %",
+    "contacts per km",
+    "training, s",
+)
+
+
+def page(template: str, record: Record, *, name: str) -> str:
+    """Return the page: a template with its placeholders filled in.
+
+    Args:
+        template: With ``$`` placeholders.
+        record: Of ``docs/keep_learning.py``.
+        name: Of its file, from the root of the repository.
+    """
+    return Template(template).substitute(
+        record["machine"],
+        record=name,
+        episodes=record["episodes"],
+        reference=record["reference"],
+        seeds=len(next(iter(record["runs"].values()))),
+        table=markdown_table(TITLES, list(_rows(record))),
+    )
+
+
+def _rows(record: Record) -> Iterator[tuple[str, ...]]:
+    """Yield a row for each policy, the highest return first."""
+    policies, runs = record["policies"], record["runs"]
+    for policy in sorted(policies, key=lambda each: -policies[each]["return"]["mean"]):
+        found = policies[policy]
+        gain = found["return_gain"]
+        yield (
+            policy if policy in runs else f"`{policy}`",
+            _interval(found["return"]),
+            "" if policy == record["reference"] or gain is None else _interval(gain),
+            shown(found["delay_s"]["mean"]),
+            shown(found["discomfort_s"]["mean"]),
+            shown(100.0 * found["arrived"]["mean"]),
+            shown(found["contacts_per_km"]["mean"]),
+            f"{_seconds(runs[policy]):.0f}" if policy in runs else "",
+        )
+
+
+def _interval(estimate: Record) -> str:
+    return f"{estimate['mean']:.1f} ({estimate['low']:.1f} to {estimate['high']:.1f})"
+
+
+def _seconds(runs: list[Record]) -> float:
+    """Return the median time of a training."""
+    return float(statistics.median(run["training_seconds"] for run in runs))
