@@ -1,6 +1,7 @@
 """Keep a study for the documentation: ``python docs/keep_study.py shipped=DIR``.
 
-``shipped`` is the study of the shipped policy on the present environments. The parts tracks, sonar,
+``shipped`` is the study of the shipped policy on the present environments, ``shield`` that of its
+contacts without and with a shield (``configs/study_shield.yaml``). The parts tracks, sonar,
 observations, contacts and people are the study of the first version (docs/study.md), until it is
 run again. Parts not given stay as they are.
 """
@@ -54,6 +55,7 @@ PARTS = {
     "contacts": kept_small,
     "people": kept_small,
     "shipped": kept_small,
+    "shield": kept_small,
 }
 
 if __name__ == "__main__":

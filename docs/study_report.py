@@ -65,6 +65,7 @@ SHIPPED_HEADLINE = tuple(column for column in HEADLINE if column[0] != "discomfo
 DIRECTIONAL = "ssm:mode=directional"
 SHIPPED = "ppo"
 BASE = "ssm:mode=strict"  # beginning of the rule that the shipped policy corrects
+TIERS = ("tracks", "sonar")  # of the study of the shield
 RECORDED = {"replay": "replayed", "seeded": "reactive"}  # people of each set
 
 
@@ -119,6 +120,27 @@ def shipped_gain(record: Record) -> str:
         f"`{base}`, less that of the expert {_estimate(block[base]['return_gain'], 1)}. "
         f"Higher mean return than `{SHIPPED}`: "
         f"{', '.join(higher) or 'none'}."
+    )
+
+
+def shield_table(record: Record) -> str:
+    """Return contacts, delay and discomfort without and with a shield, on each tier."""
+    sets = record["shield"]["sets"]
+    columns = (
+        ("contact_robot_caused", "contacts by robot, %", 3),
+        ("contact_person_caused", "contacts by people, %", 2),
+        ("arrived", "arrived, %", 1),
+        ("delay_s", "delay, s", 1),
+        ("discomfort_s", "discomfort, s", 2),
+        ("return", "return", 1),
+    )
+    return markdown_table(
+        ("tier", "policy", "episodes", *(title for _, title, _ in columns)),
+        [
+            (tier, f"`{policy}`", f"{found['episodes']:,}", *_cells(found, columns))
+            for tier in TIERS
+            for policy, found in sets[tier].items()
+        ],
     )
 
 

@@ -159,6 +159,11 @@ def shipped_table() -> str:
     return study_report.shipped_table(read_json(results.RECORDS / "study.json"))
 
 
+def shield_table() -> str:
+    """Return contacts of the shipped policy without and with a shield."""
+    return study_report.shield_table(read_json(results.RECORDS / "study.json"))
+
+
 def shipped_prices() -> str:
     """Return the returns of the same drives at several prices of discomfort."""
     return study_report.shipped_prices(read_json(results.RECORDS / "study.json"))
@@ -351,6 +356,7 @@ MAKERS: dict[str, Callable[..., str]] = {
         shipped_prices,
         shipped_gain,
         robots_table,
+        shield_table,
         results_figure,
         policy_table,
         policy_classes,
