@@ -10,20 +10,17 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
-
 from hazbot_gym.paper.plot_style import BLUE, INK, SOFT, legend, new, svg
 from hazbot_gym.study.candidates import folder_of
+from hazbot_gym.study.headline import scenarios_of
 from hazbot_gym.study.report import page
-from hazbot_gym.training.run_folder import RESULT, TENSORBOARD
+from hazbot_gym.training.run_folder import RESULT
 from hazbot_gym.utils.files import read_json, write_json, write_text
 
 ROOT = Path(__file__).parents[1]
 RECORD = ROOT / "benchmarks" / "learning.json"
 CURVES = ROOT / "docs" / "images" / "learning.svg"
 METRICS = ("return", "delay_s", "discomfort_s", "personal_m", "arrived", "contacts_per_km")
-POINTS = 40  # of a learning curve
 COLUMNS = 3
 
 
@@ -33,7 +30,7 @@ def kept(folder: Path) -> dict[str, Any]:
     ((_, found),) = study.summary["sets"].items()
     return {
         "reference": study.summary["reference"],
-        "episodes": next(iter(found.values()))["episodes"],
+        "episodes": scenarios_of(found),
         "commit": study.manifest["commit"],
         "machine": study.manifest["machine"],
         "policies": {
@@ -49,17 +46,12 @@ def kept(folder: Path) -> dict[str, Any]:
 
 
 def _run(folder: Path) -> dict[str, Any]:
-    """Return time, actions and learning curve of a run: returns of its training episodes."""
+    """Return time and learning curve of a run: returns on its validation scenarios."""
     result = read_json(folder / RESULT)
-    events = EventAccumulator(str(folder / TENSORBOARD), size_guidance={"scalars": 0})
-    events.Reload()
-    points = events.Scalars("episode/return")
-    rows = np.unique(np.linspace(0, len(points) - 1, POINTS).round().astype(int))
     return {
         "training_seconds": result["training_seconds"],
-        "actions": result["steps"],
-        "steps": [points[row].step for row in rows],
-        "returns": [round(points[row].value, 1) for row in rows],
+        "steps": [each["step"] for each in result["validations"]],
+        "returns": [each["return"] for each in result["validations"]],
     }
 
 
@@ -77,12 +69,10 @@ def curves(record: dict[str, Any]) -> str:
         axis.axhline(rules["fuzzy_expert"], color=SOFT, linewidth=1.0, linestyle=":")
         axis.axhline(rules[best], color=INK, linewidth=1.0, linestyle=(0, (4, 3)))
         for k, run in enumerate(seeds):
-            share = np.array(run["steps"]) / run["actions"]
-            label = "training episodes, one line a seed" if k == 0 else None
-            axis.plot(share, run["returns"], color=BLUE, linewidth=1.1, label=label)
-    lowest = min(rules.values())
-    axes[0, 0].set_ylim(lowest - 60.0, max(rules.values()) + 10.0)
-    figure.supxlabel("share of the training", fontsize=9)
+            label = "validation scenarios, one line a seed" if k == 0 else None
+            actions = [step / 1e6 for step in run["steps"]]
+            axis.plot(actions, run["returns"], "o-", color=BLUE, linewidth=1.1, ms=3, label=label)
+    figure.supxlabel("million actions", fontsize=9)
     figure.supylabel("return", fontsize=9)
     axes[0, 0].lines[0].set_label("fuzzy_expert")
     axes[0, 0].lines[1].set_label(best)

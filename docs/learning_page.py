@@ -13,6 +13,7 @@ from hazbot_gym.utils.text_tables import shown
 
 Record = dict[str, Any]
 
+FROM_RULE = "ppo from the rule"
 TITLES = (
     "policy",
     "return (95 %)",
@@ -40,6 +41,7 @@ def page(template: str, record: Record, *, name: str) -> str:
         reference=record["reference"],
         seeds=len(next(iter(record["runs"].values()))),
         table=markdown_table(TITLES, list(_rows(record))),
+        gain=_interval(record["policies"][FROM_RULE]["return_gain"]),
     )
 
 
