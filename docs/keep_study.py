@@ -11,7 +11,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from study_record import Record, record_of, small_record_of
+from study_record import TIERS, Record, record_of, small_record_of
 
 from hazbot_gym.study.candidates import TUNED
 from hazbot_gym.study.report import page
@@ -48,6 +48,12 @@ def kept_small(folder: Path) -> Record:
     return small_record_of(page.read(folder).summary)
 
 
+def kept_tiers(folder: Path) -> Record:
+    """Return the record of the same study on several tiers: each tier's sets together."""
+    record = kept_small(folder)
+    return record | {"sets": {tier: record["sets"][tier] for tier in TIERS}}
+
+
 PARTS = {
     "tracks": kept,
     "sonar": kept,
@@ -55,7 +61,7 @@ PARTS = {
     "contacts": kept_small,
     "people": kept_small,
     "shipped": kept_small,
-    "shield": kept_small,
+    "shield": kept_tiers,
 }
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from hazbot_gym.study.summary import COMPARED
 Record = dict[str, Any]
 
 TOGETHER, EXACTNESS = "together", ("exact", "searched")  # what is pooled of fronts and oracle
+TIERS = ("tracks", "sonar")  # of the study of the shield
 SHARES = ("normalised",)
 RATES = ("arrived", "contact_robot_caused", "contact_person_caused")
 KEPT = tuple(dict.fromkeys((*RATES, *HEADLINE, *RETURNS, "ssm_violation")))

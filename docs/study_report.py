@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from string import Template
 from typing import Any
 
-from study_record import AXIS_TITLES, OLD_AXES, TOGETHER, axes_of
+from study_record import AXIS_TITLES, OLD_AXES, TIERS, TOGETHER, axes_of
 from study_targets import Target, sonar_targets, tracks_targets
 from table_text import csv_table, markdown_table
 
@@ -65,7 +65,6 @@ SHIPPED_HEADLINE = tuple(column for column in HEADLINE if column[0] != "discomfo
 DIRECTIONAL = "ssm:mode=directional"
 SHIPPED = "ppo"
 BASE = "ssm:mode=strict"  # beginning of the rule that the shipped policy corrects
-TIERS = ("tracks", "sonar")  # of the study of the shield
 RECORDED = {"replay": "replayed", "seeded": "reactive"}  # people of each set
 
 
