@@ -16,12 +16,12 @@ Record = dict[str, Any]
 FROM_RULE = "ppo from the rule"
 TITLES = (
     "policy",
-    "return (95 %)",
-    "difference to the reference (95 %)",
+    "return",
+    "difference",
     "delay, s",
     "discomfort, s",
     "arrived, %",
-    "contacts per km",
+    "contacts/km",
     "training, s",
 )
 

@@ -28,6 +28,7 @@ from hazbot_gym.policies.actor import Actor
 from hazbot_gym.policies.actor_file import describe, write
 from hazbot_gym.policies.layer import Layer
 from hazbot_gym.policies.lstm import Lstm
+from hazbot_gym.task.observation import LAYOUTS
 from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.text_tables import Rows, console_table, shown
 
@@ -90,8 +91,8 @@ def _cases(folder: Path) -> Iterator[tuple[str, str, str]]:
     """Yield name, spec and tier of each case; random networks are written into the folder."""
     for tier in ("tracks", "sonar"):
         yield f"`fuzzy_expert`, {tier}", "fuzzy_expert", tier
-    yield "`ppo`, tracks: 48-96-96-1 on `ssm:mode=strict`", "ppo", "tracks"
-    yield "`ppo`, sonar: 12-96-96-1 on `ssm:mode=strict`", "ppo", "sonar"
+    for tier in ("tracks", "sonar"):
+        yield f"`ppo`, {tier}: {LAYOUTS[tier].width}-96-96-1 on `ssm:mode=strict`", "ppo", tier
     mlp, lstm = folder / "mlp.npz", folder / "lstm.npz"
     yield "MLP, sonar: 12-64-64-1, tanh", f"learned:path={_random(mlp, (64, 64))}", "sonar"
     yield "LSTM, sonar: 12-LSTM 64-1", f"learned:path={_random(lstm, (), lstm=64)}", "sonar"
