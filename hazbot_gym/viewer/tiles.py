@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, cast
+from typing import Any, SupportsFloat, cast
 
 import gymnasium
 import numpy as np
@@ -12,13 +12,14 @@ from hazbot_gym.envs.arguments import Environment, Info
 from hazbot_gym.envs.corridor import CorridorEnv
 from hazbot_gym.envs.frame import Frame, between
 from hazbot_gym.envs.rendering import Painter
+from hazbot_gym.policies.guard import Actions, Observations
 from hazbot_gym.viewer.video import Image
 
 COLUMNS_FROM = 3  # so many drives are shown in two columns
 GAP_PX = 16  # between two scenes; a divisor that video codecs need
 
 
-class FrameRecorder(gymnasium.Wrapper[Any, Any, Any, Any]):
+class FrameRecorder(gymnasium.Wrapper[Observations, Actions, Observations, Actions]):
     """Environment wrapper that keeps the frames of an episode.
 
     Attributes:
@@ -29,13 +30,13 @@ class FrameRecorder(gymnasium.Wrapper[Any, Any, Any, Any]):
         super().__init__(env)
         self.frames: list[Frame] = []
 
-    def reset(self, **options: Any) -> tuple[Any, Info]:
+    def reset(self, **options: Any) -> tuple[Observations, Info]:
         """Reset, and keep the first frame."""
         answer = self.env.reset(**options)
         self.frames = [self._frame()]
         return answer
 
-    def step(self, action: object) -> tuple[object, Any, bool, bool, Info]:
+    def step(self, action: Actions) -> tuple[Observations, SupportsFloat, bool, bool, Info]:
         """Step, and keep the frame."""
         answer = self.env.step(action)
         self.frames.append(self._frame())

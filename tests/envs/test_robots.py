@@ -23,6 +23,10 @@ from tests.refusals import refused
 
 CROSSING: dict[str, Any] = {"place": "intersection", "people": {"count": [2, 5]}}
 EMPTY: dict[str, Any] = {"place": "open", "people": {"count": [0, 0]}}
+# Its tests import its games by their old names.
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:The old environment creation API:DeprecationWarning"
+)
 Actions = Callable[[dict[str, Any]], dict[str, Any]]
 
 
