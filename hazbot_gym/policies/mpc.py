@@ -7,6 +7,10 @@ people is measured as the config says (``nearness``). Weights are the reward's; 
 multiplied by the sweep parameter. Within the horizon, waiting loses progress; in an episode,
 waiting only delays progress. Therefore an intrusion weight above the reward's gives higher returns.
 
+While the robot stands, each person is predicted twice: with the observed velocity, and with its
+mirror image at the line of sight; the worse one counts. With the observed one alone, a robot that
+waits sets off at people who come head on and for a moment seem to pass.
+
 Not modeled: people who give way, turn, or come into sight; burden, tracking and arrival; the cause
 of a contact. The path ahead is predicted with the curvature at 1 m, so that a corner seems to begin
 nearer and end farther than it does.
@@ -24,13 +28,14 @@ from pydantic.dataclasses import dataclass
 from hazbot_gym.core.geometry import STRAIGHT_PER_M
 from hazbot_gym.core.state import Floats, as_record
 from hazbot_gym.policies.base import OPTIONS
-from hazbot_gym.policies.guard import Observations
+from hazbot_gym.policies.guard import Flags, Observations
 from hazbot_gym.policies.mpc_plan import LEVELS, Problem, plan
 from hazbot_gym.policies.people_rule import PeopleRule
-from hazbot_gym.policies.people_seen import people_seen
+from hazbot_gym.policies.people_seen import People, mirrored, people_seen
 from hazbot_gym.policies.robot import ACCELERATION_MPS2, BRAKING_MPS2, DECISION_S, NOMINAL_MPS
 from hazbot_gym.task.observation import layout_of
 
+STANDING_MPS = 0.05
 PROGRESS, SMOOTHNESS, CONTACT = 1.0, 0.5, 400.0  # weights of the reward, without their signs
 INTRUSION = {"depth": 4.0, "discomfort": 0.4}  # by the measure of nearness
 NEARNESS: Literal["depth", "discomfort"] = "discomfort"  # the config's default
@@ -50,7 +55,7 @@ class Mpc(PeopleRule):
         seen, shape = layout_of(observation).decode(observation), np.shape(observation)[:-1]
         problem = self._problem()
         places = problem.stages * 2 * LEVELS + 1
-        people = np.stack(people_seen(seen), axis=-2, dtype=np.float64)
+        people = _predicted(people_seen(seen), np.abs(seen["speed_mps"]) < STANDING_MPS)
         way = way_ahead(seen["curvature_ahead_per_m"], problem.unit_m * np.arange(float(places)))
         out = np.zeros(math.prod(shape))
         plan(
@@ -88,3 +93,11 @@ def way_ahead(curvature_per_m: Floats, s: Floats) -> Floats:
     half = 0.5 * k * s  # half angle formulas: 1 - cos would lose all digits of a line
     chord = np.sin(half) * 2.0 / k
     return np.stack([chord * np.cos(half), chord * np.sin(half)], axis=-2)
+
+
+def _predicted(people: People, stands: Flags) -> Floats:
+    """Return people (..., K), and mirror images where the robot stands, as (..., 5, 2 K)."""
+    images = mirrored(people)
+    images = images._replace(is_there=people.is_there & stands[..., None])
+    both = zip(people, images, strict=True)
+    return np.stack([np.concatenate(pair, axis=-1) for pair in both], axis=-2, dtype=np.float64)

@@ -59,3 +59,10 @@ def people_seen(seen: dict[str, Floats]) -> People:
         vy_mps=along * sine + across * cosine,
         is_there=present > 0.5,
     )
+
+
+def mirrored(people: People) -> People:
+    """Return the people with velocities mirrored at the line of sight, ``q_p p - q_n n``."""
+    x, y, vx, vy, _ = people
+    twice_q_p = 2.0 * (x * vx + y * vy) / np.maximum(x**2 + y**2, 1e-12)  # over the distance
+    return people._replace(vx_mps=twice_q_p * x - vx, vy_mps=twice_q_p * y - vy)

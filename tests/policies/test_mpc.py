@@ -32,6 +32,13 @@ def test_weights_are_those_of_the_reward() -> None:
     assert Config().nearness == Mpc().nearness
 
 
+def mirror_image(x: float, y: float, vx: float, vy: float) -> tuple[float, float]:
+    """Return a velocity reflected at the line from the origin to (x, y)."""
+    angle = 2.0 * np.arctan2(y, x) - np.arctan2(vy, vx)
+    speed = np.hypot(vx, vy)
+    return float(speed * np.cos(angle)), float(speed * np.sin(angle))
+
+
 def planned_return(
     levels: tuple[int, ...], measure: Nearness, x: float, y: float, vx: float, vy: float
 ) -> float:
@@ -45,15 +52,18 @@ def planned_return(
         vx: Velocity of the person [m/s].
         vy: To the left [m/s].
     """
-    robot, people = records(ROBOT, 1).view(np.recarray), records(PERSON, 1).view(np.recarray)
+    robot, people = records(ROBOT, 1).view(np.recarray), records(PERSON, 2).view(np.recarray)
     step, terms, found = records(STEP, 1).view(np.recarray), np.zeros(len(TERMS)), 0.0
-    people[0].status, people[0].radius, people[0].x, people[0].y = PRESENT, PERSON_RADIUS_M, x, y
-    people[0].vx, people[0].vy = vx, vy
+    walks = (vx, vy), mirror_image(x, y, vx, vy) if levels[0] == 0 else (vx, vy)
+    for person, (ux, uy) in zip(people, walks, strict=True):
+        person.status, person.radius, person.x, person.y = PRESENT, PERSON_RADIUS_M, x, y
+        person.vx, person.vy = ux, uy
     rules, weights = rules_of(Config(nearness=measure)), Config().reward
     for before, after in itertools.pairwise(levels):
         robot[0].v = 0.1 * after
         robot[0].x += 0.1 * (before + after) / 2 * 0.2
-        people[0].x, people[0].y = people[0].x + 0.2 * vx, people[0].y + 0.2 * vy
+        for person in people:
+            person.x, person.y = person.x + 0.2 * person.vx, person.y + 0.2 * person.vy
         step[0].progress, step[0].command_change = (before + after) / 10, (after - before) / 5
         reward_terms(robot[0], people, step[0], rules, terms)
         each = weights.progress * terms[0] - mpc.INTRUSION[measure] * terms[1]
