@@ -32,6 +32,8 @@ parser.add_argument("--seed", type=int, default=0)
 parser.add_argument("--out", type=Path, default=Path("results/offline/policy.npz"))
 parser.add_argument("--json", type=Path, help="also write the comparison to this file")
 arguments = parser.parse_args()
+if arguments.out.exists():  # before hours of training
+    parser.error(f"--out: given {arguments.out}, which is there already")
 
 HIDDEN = [96, 96]  # units of the hidden layers
 torch.set_num_threads(1)  # the networks are too small to share among cores
