@@ -145,7 +145,7 @@ class CorridorParallelEnv(ParallelEnv[str, Observation, Any]):  # type: ignore[m
             len(scenario.people), np.ones(count, np.bool_), np.full(count, NO_CONTACT)
         )
         self._outputs = self._blank_outputs()
-        self._decision, self._place = 0, scenario.name
+        self._decision, self._place, self._shown = 0, scenario.name, 0
         m = self._problem.mechanics
         start_mps, tolerance_m = self._problem.start_speed_mps, self.config.arrival_tolerance_m
         self._free_times_s = [
@@ -177,6 +177,7 @@ class CorridorParallelEnv(ParallelEnv[str, Observation, Any]):  # type: ignore[m
         self._decision += 1
         check_walk(self.config.people.model, self._worlds.people)
         self._own_terms.check(self._outputs.terms)
+        self._shown = self._moving(acting)
         outcomes = self._outputs.records["outcome"]
         ended = dict(zip(self.possible_agents, (outcomes != RUNNING).tolist(), strict=True))
         timed = dict(zip(self.possible_agents, (outcomes == TIMEOUT).tolist(), strict=True))
@@ -206,8 +207,7 @@ class CorridorParallelEnv(ParallelEnv[str, Observation, Any]):  # type: ignore[m
     @property
     def people(self) -> Records:
         """A copy of the true state of the people: (P,) PERSON records."""
-        world = int(np.argmax(self._robots.present))
-        return self._worlds.people[world, : self._robots.people].copy()
+        return self._worlds.people[self._shown, : self._robots.people].copy()
 
     # --- inside ----------------------------------------------------------------------------------
 
@@ -265,6 +265,11 @@ class CorridorParallelEnv(ParallelEnv[str, Observation, Any]):  # type: ignore[m
         stacked = np.stack([np.asarray(actions[name]) for name in self.agents])
         values[here] = actions_of(stacked, len(here), self.config)
         return values
+
+    def _moving(self, acting: list[str]) -> int:
+        """Return a robot that drove in the last decision, if possible up to its end."""
+        indices = [self.possible_agents.index(name) for name in acting]
+        return next((i for i in indices if self._robots.contacts[i] == NO_CONTACT), indices[0])
 
     def _observations(self, names: list[str]) -> dict[str, Observation]:
         rows = dict(zip(self.possible_agents, self._outputs.observations, strict=True))

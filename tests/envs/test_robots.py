@@ -188,6 +188,17 @@ def test_a_robot_that_arrived_is_gone_and_the_others_go_on(parallel_env: Any) ->
     assert last["person0_present"] == 0.0
 
 
+def test_people_are_those_of_now_also_after_the_last_decision(parallel_env: Any) -> None:
+    env = parallel_env(2, place="open", people={"count": [4, 4]}, max_episode_steps=400)
+    env.reset(seed=0)
+    while env.agents:
+        before = env.people
+        env.step({name: np.float32([1.0 if name == "robot_0" else -1.0]) for name in env.agents})
+
+    moved_m = np.hypot(env.people["x"] - before["x"], env.people["y"] - before["y"])
+    assert moved_m.max() < 0.3
+
+
 def test_people_walk_into_no_robot_and_each_robot_burdens_its_own(parallel_env: Any) -> None:
     env = parallel_env(6, place="intersection", people={"count": [8, 8]}, max_episode_steps=300)
     burdens = []
