@@ -78,7 +78,12 @@ def make_config(
         values, own = taken_out(plain(layer))
         left = {name: each for name, each in randomised.items() if not is_set(values, name)}
         deltas, randomised = merge(deltas, values), left | own
-    config = _validated({**deltas, RANDOMISED: randomised})
+    try:
+        config = _validated({**deltas, RANDOMISED: randomised})
+    except InvalidInput as error:
+        name = str(error).partition(": ")[0]
+        said = f"{name}: given {shown(randomised[name])}: " if name in randomised else ""
+        raise InvalidInput(f"{said}{error}") from error
     for name, value in extreme_values(config):
         try:
             with_value(config, {name: value})

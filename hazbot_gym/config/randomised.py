@@ -76,6 +76,9 @@ def _taken_out(node: Any, name: str, found: JsonObject) -> Any:
         return _middle(node)
     inside = f"{name}." if name else ""
     if isinstance(node, Mapping):
+        if any(isinstance(node.get(kind), list | tuple) for kind in KINDS):
+            allowed = f"one of {', '.join(KINDS)}"
+            raise InvalidInput(f"{name}: given {shown(dict(node))}, allowed is {allowed}")
         return {key: _taken_out(each, f"{inside}{key}", found) for key, each in node.items()}
     if type(node) in (list, tuple):
         return [_taken_out(each, f"{inside}{i}", found) for i, each in enumerate(node)]

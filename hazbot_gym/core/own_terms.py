@@ -5,7 +5,8 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Mapping
-from typing import NamedTuple, TypeVar
+from numbers import Real
+from typing import NamedTuple, TypeVar, overload
 
 from hazbot_gym.core.hooks import check_hook
 from hazbot_gym.core.jit import scalar
@@ -37,20 +38,32 @@ class RewardTerm(NamedTuple):
 REWARD_TERMS: dict[str, RewardTerm] = {}  # registered in this process
 
 
-def reward_term(*, low: float = 0.0, high: float = 1.0) -> Callable[[Term], Term]:
+@overload
+def reward_term(function: Term, /) -> Term: ...
+
+
+@overload
+def reward_term(*, low: float = 0.0, high: float = 1.0) -> Callable[[Term], Term]: ...
+
+
+def reward_term(
+    function: Term | None = None, /, *, low: float = 0.0, high: float = 1.0
+) -> Term | Callable[[Term], Term]:
     """Register a function ``(robot, people, record, rules)`` as a reward term.
 
     Both engines call it after each decision; the batched one compiles it. The weight is set in the
     config: ``own_terms={"name_of_the_function": -0.5}``.
 
     Args:
+        function: The function, where the decorator stands without parentheses.
         low: Lower end of its range; a smaller value raises an error.
         high: Upper end; a larger value raises an error.
 
     Raises:
         InvalidInput: The function takes other parameters, its name is taken, or the range is empty.
     """
-    if not -math.inf < low < high < math.inf:
+    are_numbers = all(isinstance(end, Real) for end in (low, high))
+    if not (are_numbers and -math.inf < low < high < math.inf):
         raise InvalidInput(f"reward_term: given low={low}, high={high}, allowed is low < high")
 
     def register(function: Term) -> Term:
@@ -59,7 +72,7 @@ def reward_term(*, low: float = 0.0, high: float = 1.0) -> Callable[[Term], Term
         REWARD_TERMS[name] = RewardTerm(name, function, low, high, meaning)
         return scalar(function)
 
-    return register
+    return register if function is None else register(function)
 
 
 def check_terms(weights: Mapping[str, float]) -> Mapping[str, float]:

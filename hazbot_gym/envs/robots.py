@@ -128,12 +128,17 @@ class CorridorParallelEnv(ParallelEnv[str, Observation, Any]):  # type: ignore[m
 
         Args:
             seed: As in Gymnasium.
-            options: ``{"key": k}`` for the scenario of that key; others are ignored, as PettingZoo
-                asks for.
+            options: ``{"key": k}`` for the scenario of that key; unknown ones are ignored, as
+                PettingZoo asks for.
+
+        Raises:
+            InvalidInput: Other values of the config are asked for, or an argument cannot be used.
         """
         if seed is not None:
             self._random = np.random.default_rng(whole_number(seed, "seed", 0))
         self._key = int(self._random.integers(2**63))
+        if options and "config" in options:
+            raise InvalidInput("reset options: given config, allowed with several robots is key")
         if options and "key" in options:
             self._key = scenario_key_of(options["key"])
         scenario = self._source.draw(self._key)
@@ -202,14 +207,20 @@ class CorridorParallelEnv(ParallelEnv[str, Observation, Any]):  # type: ignore[m
     @property
     def robots(self) -> Records:
         """A copy of the true state of all robots, (R,) ROBOT records, in the order of the names."""
-        return self._worlds.robots.copy()
+        return self._begun().robots.copy()
 
     @property
     def people(self) -> Records:
         """A copy of the true state of the people: (P,) PERSON records."""
-        return self._worlds.people[self._shown, : self._robots.people].copy()
+        return self._begun().people[self._shown, : self._robots.people].copy()
 
     # --- inside ----------------------------------------------------------------------------------
+
+    def _begun(self) -> Worlds:
+        """Return the worlds, once there has been a reset."""
+        if not hasattr(self, "_worlds"):
+            raise InvalidInput("robots: no episode has begun, call reset first")
+        return self._worlds
 
     def _check(self) -> None:
         """Raise for a config that is only for one robot."""
@@ -257,13 +268,16 @@ class CorridorParallelEnv(ParallelEnv[str, Observation, Any]):  # type: ignore[m
         """Return actions (R,) in [-1, 1], 0 for robots that are gone."""
         if not self.agents:
             raise InvalidInput("step: no episode is running, call reset first")
+        if not isinstance(actions, Mapping):
+            kind = type(actions).__name__
+            raise InvalidInput(f"actions: given {kind}, allowed is a mapping from names to actions")
         if set(actions) != set(self.agents):
-            given, allowed = ", ".join(actions) or "none", ", ".join(self.agents)
+            given, allowed = ", ".join(map(str, actions)) or "none", ", ".join(self.agents)
             raise InvalidInput(f"actions: given those of {given}, allowed is one each of {allowed}")
         values = np.zeros(len(self.possible_agents))
         here = [self.possible_agents.index(name) for name in self.agents]
-        stacked = np.stack([np.asarray(actions[name]) for name in self.agents])
-        values[here] = actions_of(stacked, len(here), self.config)
+        chosen = [actions[name] for name in self.agents]
+        values[here] = actions_of(chosen, len(here), self.config)
         return values
 
     def _moving(self, acting: list[str]) -> int:

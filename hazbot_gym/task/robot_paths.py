@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from numbers import Real
 from typing import NamedTuple
 
 import numpy as np
@@ -50,10 +51,11 @@ def check_paths(name: str, place: Place, robots: int, lanes: Lanes) -> None:
         InvalidInput: A length cannot be used, the place is too narrow, or a bend too sharp for the
             lane; one line.
     """
-    if not math.isfinite(lanes.right_m):
-        raise InvalidInput(f"keep_right_m: given {lanes.right_m}, allowed are finite numbers")
-    if not 0.0 <= lanes.spread_m < math.inf:
-        raise InvalidInput(f"start_spread_m: given {lanes.spread_m}, allowed is at least 0")
+    if not _is_finite(lanes.right_m):
+        raise InvalidInput(f"keep_right_m: given {lanes.right_m!r}, allowed are finite numbers")
+    if not (_is_finite(lanes.spread_m) and lanes.spread_m >= 0.0):
+        allowed = "finite numbers of at least 0"
+        raise InvalidInput(f"start_spread_m: given {lanes.spread_m!r}, allowed are {allowed}")
     for path in _paths(place, lanes, [1.0] * robots):
         clearance_m, x, y = narrowest(place.walls, path)
         if clearance_m <= ROBOT_RADIUS_M:
@@ -62,6 +64,10 @@ def check_paths(name: str, place: Place, robots: int, lanes: Lanes) -> None:
                 f"wall at {clearance_m:.2f} m near ({x:.1f}, {y:.1f}), allowed is more than "
                 f"{ROBOT_RADIUS_M:.2f} m"
             )
+
+
+def _is_finite(given: object) -> bool:
+    return isinstance(given, Real) and math.isfinite(given)
 
 
 def _paths(place: Place, lanes: Lanes, shares: list[float]) -> list[Records]:

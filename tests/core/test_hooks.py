@@ -125,7 +125,18 @@ def test_names_that_are_taken_or_unknown_are_refused() -> None:
         make_config(people={"model": "shy"})
 
 
-@pytest.mark.parametrize(("low", "high"), [(1.0, 1.0), (2.0, 1.0), (0.0, np.inf), (np.nan, 1.0)])
-def test_an_empty_range_is_refused(low: float, high: float) -> None:
+def test_a_term_without_arguments_of_the_decorator_is_from_0_to_1() -> None:
+    @reward_term
+    def half(robot: Any, people: Any, record: Any, rules: Any) -> float:
+        return 0.5
+
+    assert half(None, None, None, None) == 0.5
+    assert REWARD_TERMS["half"][2:4] == (0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("low", "high"), [(1.0, 1.0), (2.0, 1.0), (0.0, np.inf), (np.nan, 1.0), ("0", 1.0), (0.0, None)]
+)
+def test_an_empty_range_is_refused(low: Any, high: Any) -> None:
     with pytest.raises(InvalidInput, match="allowed is low < high"):
         reward_term(low=low, high=high)

@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
+pytest.importorskip("sphinx", reason="needs the extra docs")
 from scenes import SCENES, page  # type: ignore[import-not-found]  # docs/_ext
 
 

@@ -280,7 +280,9 @@ def test_robots_on_one_way_start_apart() -> None:
         ({"place": "aisle", "keep_right_m": -0.6}, "place aisle ... keep_right_m = -0.6 ... wall"),
         ({"place": "aisle", "keep_right_m": 1.2}, "keep_right_m: given 1.2 ... bend"),
         ({"keep_right_m": float("nan")}, "keep_right_m: given nan"),
+        ({"keep_right_m": "half"}, "keep_right_m: given 'half' ... numbers"),
         ({"start_spread_m": -1.0}, "start_spread_m: given -1"),
+        ({"start_spread_m": None}, "start_spread_m: given None"),
     ],
 )
 def test_refuses(parallel_env: Any, arguments: dict[str, Any], said: str) -> None:
@@ -292,9 +294,17 @@ def test_refuses_actions_of_other_robots(parallel_env: Any) -> None:
     env = parallel_env(2, **EMPTY)
     with refused("step: ... call reset"):
         env.step({})
+    with refused("robots: ... call reset"):
+        env.people  # noqa: B018
+    with refused("reset options: given config"):
+        env.reset(options={"config": {"people": {"count": [1, 1]}}})
     env.reset(seed=0)
     with refused("actions: given those of robot_0, allowed ... robot_0, robot_1"):
         env.step({"robot_0": np.zeros(1, np.float32)})
+    with refused("actions: given list ... mapping"):
+        env.step([0.0, 0.0])
+    with refused("actions: given ... no array"):
+        env.step({"robot_0": np.zeros(1), "robot_1": np.zeros(2)})
     with refused("actions: ... -1 <= action <= 1"):
         env.step(at(2.0)(dict.fromkeys(env.agents)))
 

@@ -80,6 +80,14 @@ def test_a_config_survives_json() -> None:
         ({"drive": {"acceleration_mps2": {"uniform": [0.5, 0.3]}}}, "allowed is uniform: \\[low"),
         ({"drive": {"acceleration_mps2": {"normal": [0.5]}}}, "allowed is normal: \\[mean"),
         ({"drive": {"acceleration_mps2": {"uniform": [0, 10**400]}}}, "allowed is uniform: \\[low"),
+        (
+            {"drive": {"acceleration_mps2": {"uniform": [0.3, 0.5], "normal": [0.4, 0.1]}}},
+            "drive.acceleration_mps2: given .*, allowed is one of uniform, normal, choice",
+        ),
+        (
+            {"people": {"count": [1, {"uniform": [2.5, 6]}]}},
+            r"people.count.1: given {'uniform': \[2.5, 6\]}: .* valid integer",
+        ),
         ({"drive": {"acceleration_mps2": {"choice": []}}}, "list of values to choose from"),
         ({"drive": {"acceleration_mps2": {"uniform": [-0.1, 0.5]}}}, "includes -0.1: drive"),
         ({"sensors": {"tracker": {"dropout": {"normal": [0.1, 0.05]}}}}, "includes -0.0"),

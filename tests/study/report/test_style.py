@@ -3,10 +3,11 @@ from __future__ import annotations
 import itertools
 
 import pytest
-from coloraide import Color
 
 from hazbot_gym.study.config import DEFAULT_POLICIES
 from hazbot_gym.study.report.style import DASHES, HUES, MARKS, Style, styles
+
+Color = pytest.importorskip("coloraide", reason="needs the extra dev").Color
 
 MANY = (*DEFAULT_POLICIES, "ssm", "ssm:directional", "mine:Policy")
 CONSTANTS = ("constant:0.25", "constant:0.5", "constant:0.75", "constant:1.0")
