@@ -1,9 +1,11 @@
 from __future__ import annotations
 
+import ast
 from pathlib import Path
 
 import pytest
 
+import hazbot_gym
 from hazbot_gym.core import sources
 
 FILES = {
@@ -47,3 +49,24 @@ def test_digest_changes_with_the_contents_of_what_is_imported(
     digests = {sources.digest(root, root / "kernel.py") for root in (before, after)}
 
     assert len(digests) == (2 if is_other else 1)
+
+
+def test_no_import_of_the_package_is_overlooked() -> None:
+    for path in Path(hazbot_gym.__file__).parent.rglob("*.py"):
+        source = path.read_bytes()
+        parsed = {name for node in ast.walk(ast.parse(source)) for name in sources._names(node)}
+        assert parsed <= set(sources._imported_names(source)), path
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "import toy.deep.pi, math",
+        "import math; import toy.deep.pi",
+        "from toy.deep import (\n    pi,  # (a comment)\n    tau,\n)",
+        "def f():\n    from toy.deep import pi as ratio",
+    ],
+)
+def test_imports_are_found_in_any_form(statement: str) -> None:
+    prose = b'"""Formulas\nfrom nowhere import\nimport (all of it\nfrom a book\n"""\n'
+    assert "toy.deep.pi" in set(sources._imported_names(prose + statement.encode()))
