@@ -9,6 +9,7 @@ without an error.
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
@@ -22,6 +23,7 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.actor import ACTIVATIONS, HEADS, Actor, Normalisation
 from hazbot_gym.policies.layer import Layer
 from hazbot_gym.policies.lstm import Lstm
+from hazbot_gym.policies.price_input import PriceInput
 from hazbot_gym.task.observation import (
     GAS_FIELDS,
     KNOWN,
@@ -57,6 +59,7 @@ def describe(
     algorithm: str,
     tier: str,
     layout: Layout | None = None,
+    prices: PriceInput | None = None,
     residual: Mapping[str, object] | None = None,
     training: Mapping[str, object] | None = None,
     results: Mapping[str, object] | None = None,
@@ -69,6 +72,7 @@ def describe(
         tier: Information tier of its observations.
         layout: Layout of its observations; default the one of its width with a named ring and the
             default number of people.
+        prices: The prices that it was trained for, if its last input is the price of nearness.
         residual: Base policy and scale of a residual policy (``residual``), else None.
         training: Provenance: config, seed, versions, commit.
         results: Validation results by metric.
@@ -78,11 +82,14 @@ def describe(
     """
     if tier not in LAYOUTS:
         raise InvalidInput(f"tier: given {tier!r}, allowed are {', '.join(LAYOUTS)}")
-    layout = layout or _layout(tier, actor.width)
-    if actor.width != layout.width:
+    width = actor.width - (prices is not None)
+    layout = layout or _layout(tier, width)
+    if width != layout.width:
         raise InvalidInput(
-            f"tier: {tier} observations have {layout.width} entries, the actor takes {actor.width}"
+            f"tier: {tier} observations have {layout.width} entries, the actor takes {width}"
         )
+    if prices and not _can_be_priced(actor):
+        raise InvalidInput("prices: given with an LSTM or a normalisation, allowed is neither")
     about = {
         "format": FORMAT,
         "algorithm": algorithm,
@@ -94,7 +101,18 @@ def describe(
         "training": dict(training or {}),
         "results": dict(results or {}),
     }
+    if prices:
+        about["prices"] = prices._asdict()
     return Trained(actor, about)
+
+
+def prices_of(about: JsonObject) -> PriceInput | None:
+    """Return the prices that an actor was trained for; None if it does not observe the price."""
+    return PriceInput(**about["prices"]) if about.get("prices") else None
+
+
+def _can_be_priced(actor: Actor) -> bool:
+    return actor.lstm is None and actor.normalisation is None
 
 
 def _layout(tier: str, width: int) -> Layout:
@@ -225,7 +243,8 @@ def _actor(arrays: Mapping[str, npt.NDArray[np.generic]], about: JsonObject) -> 
     if unlike or endless:
         raise _NoActor(f"its {(unlike + endless)[0]} holds other than finite real numbers")
     count = sum(name.startswith("weight") for name in weights)
-    width = len(about["observation"])
+    prices = _prices(about)
+    width = len(about["observation"]) + (prices is not None)
     lstm = _lstm(weights, width)
     layers = tuple(Layer(weights[f"weight{i}"], weights[f"bias{i}"]) for i in range(count))
     _check_layers(layers, lstm.size if lstm else width)
@@ -238,7 +257,10 @@ def _actor(arrays: Mapping[str, npt.NDArray[np.generic]], about: JsonObject) -> 
     known = 2 * count + 2 * (lstm is not None) + 3 * (statistics is not None)
     if len(weights) != known:
         raise _NoActor("it has arrays that belong to no part of an actor")
-    return Actor(layers, about["activation"], about["action"], statistics, lstm)
+    actor = Actor(layers, about["activation"], about["action"], statistics, lstm)
+    if prices and not _can_be_priced(actor):
+        raise _NoActor("its price is the input of an LSTM or of a normalisation")
+    return actor
 
 
 def _check_layers(layers: tuple[Layer, ...], inputs: int) -> None:
@@ -276,6 +298,17 @@ def _is_residual(about: JsonObject) -> bool:
     return isinstance(base, str) and is_number and 0 < scale <= 2
 
 
+def _prices(about: JsonObject) -> PriceInput | None:
+    """Return the prices of the metadata, if any; raise if they are no range."""
+    prices = prices_of(about)
+    if prices is None:
+        return None
+    are_numbers = all(type(each) in (int, float) and math.isfinite(each) for each in prices)
+    if not are_numbers or not 0 < prices.low <= prices.usual <= prices.high > prices.low:
+        raise _NoActor("its prices are no range")
+    return prices
+
+
 def _normalisation(arrays: Mapping[str, npt.NDArray[Any]], width: int) -> Normalisation | None:
     if "mean" not in arrays:
         return None
@@ -302,12 +335,16 @@ def card(trained: Trained, name: str) -> str:
     """Return the model card of a trained actor, as Markdown."""
     actor, about = trained
     memory = (f"LSTM of {actor.lstm.size}",) if actor.lstm else ()
+    inputs = len(about["observation"])
     units = (actor.width, *memory, *(layer.bias.size for layer in actor.layers))
     sizes = " -> ".join(str(each) for each in units)
     training = {name: each for name, each in about["training"].items() if name != "environments"}
     residual = about.get("residual")
     line = "- **Corrects** `{base}`, by {scale:g} at most.\n"
     corrects = line.format(**residual) if residual else ""
+    prices = prices_of(about)
+    line = "- **Price of nearness**: `price={0:g}` to `{1:g}` s/s, by default `{2:g}`.\n"
+    priced = line.format(*prices) if prices else ""
     results = "\n".join(f"| {key} | {value} |" for key, value in about["results"].items())
     study = "\n".join(f"| {key} | {value} |" for key, value in about.get("study", {}).items())
     in_study = _IN_STUDY.format(rows=study) if study else ""
@@ -315,9 +352,9 @@ def card(trained: Trained, name: str) -> str:
 
 A speed policy for the environments of hazbot_gym, trained with {about["algorithm"]}.
 
-- **Sees** the {about["tier"]} tier: {actor.width} entries, as listed in the file.
+- **Sees** the {about["tier"]} tier: {inputs} entries, as listed in the file.
 - **Answers** with a share of the nominal speed; the head is `{about["action"]}`, deterministic.
-{corrects}- **Network**: {sizes}, {about["activation"]}.
+{corrects}{priced}- **Network**: {sizes}, {about["activation"]}.
 - **Use**: `hazbot eval --policy learned:path={name}.npz`, or
   `hazbot_gym.policies.make("learned:path={name}.npz")`. The file holds arrays and JSON, no pickle.
 - **Limits**: trained and evaluated in simulation only. Comfort is approximated by clearance; no

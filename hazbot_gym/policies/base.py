@@ -152,7 +152,8 @@ REGISTER = {
     ),
     "learned": Entry(
         "hazbot_gym.policies.learned:Learned",
-        "a trained policy from a file; path=FILE.npz, or a .zip with --allow-pickle",
+        "a trained policy; price= of nearness if it observes one; path=FILE.npz is last, or a .zip "
+        "with --allow-pickle",
     ),
 }
 
@@ -230,7 +231,7 @@ def _from_register(spec: str, name: str, text: str, allowed: Permissions) -> Pol
     factory = factory_of(name)
     options: JsonObject
     if name == "learned":
-        options = {"path": _path_in(spec, text), "allow_pickle": allowed.allow_pickle}
+        options = {**_file_in(spec, text), "allow_pickle": allowed.allow_pickle}
     elif name == "shielded":
         options = {**_shield_in(spec, text), **allowed._asdict()}
     else:
@@ -249,8 +250,11 @@ def _from_register(spec: str, name: str, text: str, allowed: Permissions) -> Pol
     return policy
 
 
-def _path_in(spec: str, text: str) -> str:
-    """Return the path after ``learned:``; a path may contain any character."""
+def _file_in(spec: str, text: str) -> dict[str, str]:
+    """Return the options of ``learned``; its path, which may contain any character, is last."""
+    options = dict[str, str]()
+    if text.startswith("price="):
+        options["price"], _, text = text.removeprefix("price=").partition(",")
     path = text.removeprefix("path=")
     if not path:
         raise InvalidInput(f"policy: {spec!r} names no file; give learned:path=FILE")
@@ -259,7 +263,9 @@ def _path_in(spec: str, text: str) -> str:
             f"policy: {spec!r} cannot allow itself pickle; give --allow-pickle on the command "
             "line, or allow_pickle=True in Python"
         )
-    return path
+    if ",price=" in path and not os.path.exists(path):
+        raise InvalidInput(f"policy: {spec!r} ends in a price; give learned:price=P,path=FILE")
+    return {**options, "path": path}
 
 
 def _shield_in(spec: str, text: str) -> dict[str, str]:

@@ -19,6 +19,7 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies import actor_file
 from hazbot_gym.policies.base import OPTIONS, Policy
 from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations, numbers
+from hazbot_gym.policies.price_input import at_price
 from hazbot_gym.policies.residual import Residual, on_its_base
 from hazbot_gym.task.observation import (
     Layout,
@@ -38,8 +39,18 @@ class TrainedActor(Guarded):
         layout: Layout of the observations that it was trained on.
     """
 
-    def __init__(self, trained: actor_file.Trained) -> None:
-        self.actor, self.about = trained
+    def __init__(self, trained: actor_file.Trained, price: float | None = None) -> None:
+        """Make a policy.
+
+        Args:
+            trained: The actor and its metadata.
+            price: The price of nearness, for an actor that observes it; None: that of its training.
+
+        Raises:
+            InvalidInput: The actor was not trained for this price.
+        """
+        self.about = trained.about
+        self.actor = at_price(trained.actor, actor_file.prices_of(self.about), price)
         self.layout = actor_file.layout_of_table(self.about)
 
     def act(
@@ -154,6 +165,7 @@ class Learned(FromFile):
 
     path: Path
     allow_pickle: bool = False  # reading a .zip executes its pickled code
+    price: float | None = None  # of nearness, for a policy that observes it; None: of its training
 
     def __post_init__(self) -> None:
         self._policy  # noqa: B018  (a file that cannot be used is refused when the policy is made)
@@ -165,8 +177,10 @@ class Learned(FromFile):
     @cached_property
     def _policy(self) -> Policy:
         if self.path.suffix != ".zip":
-            network = TrainedActor(actor_file.read(self.path))
+            network = TrainedActor(actor_file.read(self.path), self.price)
             return on_its_base(network, network.about.get("residual"))
+        if self.price is not None:
+            raise InvalidInput(f"price: given {self.price:g}, allowed is a policy of hazbot train")
         if not self.allow_pickle:
             raise InvalidInput(
                 f"policy: reading {str(self.path)!r} runs code that is in it; if you trust it, "

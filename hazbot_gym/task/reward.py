@@ -78,6 +78,11 @@ def weights_of(config: Config) -> Floats:
     return np.array([*ours, *config.own_terms.values()])
 
 
+def price_of(config: Config) -> float:
+    """Return the price of nearness [s of delay per s of full discomfort]: 4 by default."""
+    return -config.reward.intrusion / config.clock.decision_s
+
+
 @scalar
 def nearest_clearance(robot: RobotRecord, people: Records) -> float:
     """Return the clearance to the nearest person, infinite without people [m]."""

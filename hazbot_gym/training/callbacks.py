@@ -29,6 +29,7 @@ from hazbot_gym.training.config import TrainConfig
 from hazbot_gym.training.curriculum import Curriculum, check_overrides
 from hazbot_gym.training.export import export_model
 from hazbot_gym.training.inputs import check_unedited
+from hazbot_gym.training.priced_rewards import AtPrice, price_input_of
 from hazbot_gym.training.run_folder import CHECKPOINTS, MANIFEST, POLICY
 from hazbot_gym.training.validation import Validated, best_of, validate
 from hazbot_gym.utils.files import read_json
@@ -60,6 +61,7 @@ def export_best(model: BaseAlgorithm, config: TrainConfig, out: Path, best: Vali
         out / POLICY,
         tier=environment.tier,
         layout=layout_in(environment),
+        prices=price_input_of(config),
         residual=config.residual.model_dump() if config.residual else None,
         training=read_json(out / MANIFEST),
         results=best,
@@ -121,7 +123,9 @@ class Validate(BaseCallback):
 
     def _on_step(self) -> bool:
         step, residual = self.model.num_timesteps, self.config.residual
-        driver = on_its_base(self.model, residual.model_dump() if residual else None)
+        prices = price_input_of(self.config)
+        model = AtPrice(self.model, float(prices.entry(prices.usual))) if prices else self.model
+        driver = on_its_base(model, residual.model_dump() if residual else None)
         found: Validated = {"step": step, **validate(driver, self.config)}
         check_unedited(self.read)  # validations build new environments
         for name, value in found.items():

@@ -23,7 +23,7 @@ from hazbot_gym.core.sensor_ring import RINGS
 from hazbot_gym.envs.registration import NAMESPACE, full_id
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation import rollout
-from hazbot_gym.evaluation.field_types import Engine, Names, SomeNames, Steps
+from hazbot_gym.evaluation.field_types import Engine, Names, Positive, SomeNames, Steps
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
 from hazbot_gym.task.observation import Layout, layout_with
 from hazbot_gym.utils.json_object import JsonObject
@@ -101,6 +101,8 @@ class TrainConfig(Section):
     imitation: Annotated[Imitation | None, Field(validate_default=True)] = None  # ppo, bc, dagger
     residual: Residual | None = None  # residual policy; for ppo and recurrent_ppo
     lagrangian: Lagrangian | None = None  # cost constraint; only for ppo
+    # range of the price of nearness, drawn for each episode (training/priced_rewards.py); for ppo
+    prices: Annotated[tuple[Positive, Positive] | None, Loose] = None
     learning_rate: Annotated[float, Gt(0)] = 1e-3  # of bc and dagger ``imitation.learning_rate``
     final_learning_rate: Annotated[float, Ge(0)] = 0.0  # reached linearly
     options: JsonObject = Field(default_factory=dict)
@@ -143,7 +145,18 @@ class TrainConfig(Section):
             )
         return value.model_copy(update={"teacher": teachers})
 
-    @field_validator("asymmetric_critic", "lagrangian")
+    @field_validator("prices")
+    @classmethod
+    def _is_a_range(
+        cls, prices: tuple[float, float] | None, info: ValidationInfo
+    ) -> tuple[float, float] | None:
+        if prices and prices[0] >= prices[1]:
+            raise ValueError(f"given {list(prices)}, allowed is [low, high] with low < high")
+        if prices and info.data.get("lagrangian"):
+            raise ValueError("given with lagrangian, which learns a price of its own")
+        return prices
+
+    @field_validator("asymmetric_critic", "lagrangian", "prices")
     @classmethod
     def _is_for_ppo(cls, value: object, info: ValidationInfo) -> object:
         algorithm = info.data.get("algorithm")
@@ -207,7 +220,8 @@ class TrainConfig(Section):
 
     def identity(self) -> str:
         """Return a hash that two runs share if and only if their values are equal."""
-        unused = set() if self.curriculum else {"curriculum"}  # as before there were curricula
+        # as before there were curricula and prices
+        unused = {name for name in ("curriculum", "prices") if not getattr(self, name)}
         text = json.dumps(self.model_dump(mode="json", exclude=unused), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 

@@ -13,6 +13,7 @@ from typing import Any
 from hazbot_gym.envs.arguments import episode_base
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.training.config import Stage, TrainConfig
+from hazbot_gym.training.priced_rewards import fixed_price
 
 Validations = Sequence[Mapping[str, Any]]
 Curriculum = Callable[[int, Validations], Mapping[str, object]]
@@ -51,6 +52,8 @@ def check_overrides(config: TrainConfig, overrides: object) -> None:
         raise InvalidInput(f"curriculum: given {overrides!r}, allowed is a mapping of overrides")
     for base in config.environments():
         try:
-            episode_base(base, overrides)
+            changed = episode_base(base, overrides)
         except InvalidInput as error:
             raise InvalidInput(f"curriculum: {error}") from error
+        if config.prices and fixed_price(changed) != fixed_price(base):
+            raise InvalidInput("curriculum: given another reward.intrusion, which prices set")

@@ -9,6 +9,7 @@ from pathlib import Path
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.actor_file import Trained, card, describe, write
 from hazbot_gym.policies.from_sb3 import actor_of
+from hazbot_gym.policies.price_input import PriceInput
 from hazbot_gym.task.observation import Layout
 from hazbot_gym.utils.files import write_bytes, write_text
 
@@ -19,6 +20,7 @@ def export_model(
     *,
     tier: str,
     layout: Layout | None = None,
+    prices: PriceInput | None = None,
     normalize: object = None,
     residual: Mapping[str, object] | None = None,
     training: Mapping[str, object] | None = None,
@@ -32,6 +34,7 @@ def export_model(
         path: Path of the ``.npz``; the card gets the suffix ``.md``.
         tier: Information tier of its observations.
         layout: Layout of its observations, as of ``actor_file.describe``.
+        prices: The prices that it was trained for, if its last input is the price of nearness.
         normalize: The ``VecNormalize`` of its training, if any.
         residual: Base policy and scale of a residual policy, else None.
         training: Provenance: config, seed, versions, commit.
@@ -48,6 +51,7 @@ def export_model(
         algorithm=name,
         tier=tier,
         layout=layout,
+        prices=prices,
         residual=residual,
         training=training,
         results=results,

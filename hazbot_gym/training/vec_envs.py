@@ -1,8 +1,8 @@
 """Vectorized training environments: the engine's worlds under a stack of wrappers.
 
-``CombinedEnvs`` under ``EpisodeMonitor``, ``ShapedRewards`` if configured, ``ScaledRewards``,
-``TimeLeft`` if the critic observes it, and ``RepeatedActions`` if configured. The algorithms add
-``ResidualEnvs`` and ``PenalizedEnvs``.
+``CombinedEnvs`` under ``EpisodeMonitor``, ``PricedRewards`` and ``ShapedRewards`` if configured,
+``ScaledRewards``, ``TimeLeft`` if the critic observes it, and ``RepeatedActions`` if configured.
+The algorithms add ``ResidualEnvs`` and ``PenalizedEnvs``.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from hazbot_gym.training.asymmetric_critic import TimeLeft
 from hazbot_gym.training.combined_envs import CombinedEnvs
 from hazbot_gym.training.config import TrainConfig, split
 from hazbot_gym.training.episode_monitor import EpisodeMonitor
+from hazbot_gym.training.priced_rewards import PricedRewards, price_input_of
 from hazbot_gym.training.shaping import ShapedRewards
 
 
@@ -62,6 +63,9 @@ def make_envs(config: TrainConfig) -> VecEnvWrapper:
     envs: VecEnvWrapper = EpisodeMonitor(
         CombinedEnvs(parts, configs, staggered=config.staggered_starts)
     )
+    inputs = price_input_of(config)
+    if inputs:
+        envs = PricedRewards(envs, inputs)
     if config.shaping == "free_drive":
         envs = ShapedRewards(envs)
     envs = ScaledRewards(envs, config.reward_scale)
