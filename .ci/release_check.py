@@ -5,6 +5,7 @@ It needs nothing but Python with ``venv``; its environments lie in ``.venv-relea
     make release-check                                      # everything (minutes)
     make release-check ARGS="extras"                        # one of the checks
     make release-check ARGS="readme --python python3.12"    # with another interpreter
+    make release-check ARGS="extras --without train"        # saves gigabytes of torch
 """
 
 from __future__ import annotations
@@ -15,6 +16,9 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import tomllib
+from collections.abc import Callable, Collection
+from functools import partial
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -71,11 +75,17 @@ USES: dict[str, tuple[tuple[str, ...], ...]] = {
 
 def main() -> None:
     """Run the checks that are asked for, all by default."""
-    checks = {f.__name__: f for f in (metadata, sdist, readme, extras, lowest, newest)}
+    checks: dict[str, Callable[[str], None]] = {
+        check.__name__: check
+        for check in (metadata, pythons, sdist, readme, extras, lowest, newest)
+    }
     parser = argparse.ArgumentParser(description="Release check.")
     parser.add_argument("checks", nargs="*", help=f"any of {', '.join(checks)}; default all")
     parser.add_argument("--python", default=sys.executable, help="of the clean environments")
+    names = [extra for extra in USES if extra]
+    parser.add_argument("--without", nargs="*", default=(), choices=names, help="extras left out")
     given = parser.parse_args()
+    checks["extras"] = partial(extras, without=given.without)
     if unknown := set(given.checks) - set(checks):
         parser.error(f"given {', '.join(unknown)}, allowed are {', '.join(checks)}")
     build()
@@ -101,6 +111,19 @@ def metadata(_: str) -> None:
     run(BIN / "check-wheel-contents", wheel())
 
 
+def pythons(_: str) -> None:
+    """Find wheels of all dependencies for each Python of the classifiers; nothing is installed."""
+    extras = [f"--extra={extra}" for extra in USES if extra]
+    with (ROOT / "pyproject.toml").open("rb") as file:
+        classifiers = tomllib.load(file)["project"]["classifiers"]
+    for version in (name.rpartition(" :: 3.")[2] for name in classifiers if " :: 3." in name):
+        run(
+            BIN / "uv", "pip", "compile", "--quiet", f"--python-version=3.{version}",
+            "--only-binary=:all:", "--upgrade", *extras, f"--output-file={HOME / 'wheels.txt'}",
+            ROOT / "pyproject.toml",
+        )  # fmt: skip
+
+
 def sdist(python: str) -> None:
     """Install from the sdist, without extras, and run an episode."""
     (source,) = DIST.glob("*.tar.gz")
@@ -115,9 +138,11 @@ def readme(python: str) -> None:
     use("python", "-m", "pytest", "-q", "-c", ROOT / "pyproject.toml", snippets, "-k", "README")
 
 
-def extras(python: str) -> None:
+def extras(python: str, without: Collection[str] = ()) -> None:
     """Use each extra where nothing else is installed."""
     for extra, commands in USES.items():
+        if extra in without:
+            continue
         install(python, f"{wheel()}[{extra}]" if extra else wheel())
         for command in commands:
             use(*command)
