@@ -40,7 +40,7 @@ from hazbot_gym.task.crowd import ROBOT_ROOM_M
 from hazbot_gym.task.observation import layout_in
 from hazbot_gym.task.outcome import CAUSE_NAMES, OUTCOME_NAMES, RUNNING, TIMEOUT
 from hazbot_gym.task.reward import own_terms_in, terms_of
-from hazbot_gym.task.robot_paths import Lanes, check_paths, robot_paths
+from hazbot_gym.task.robot_paths import START_SPREAD_M, lanes_in, robot_paths
 from hazbot_gym.task.scenario import CROWD, Scenario
 from hazbot_gym.task.step_record import STEP
 from hazbot_gym.utils.whole_number import whole_number
@@ -85,8 +85,8 @@ class CorridorParallelEnv(ParallelEnv[str, Observation, Any]):  # type: ignore[m
         config: Config | Mapping[str, object] | str | Path | None = None,
         *,
         preset: Mapping[str, object] | None = None,
-        keep_right_m: float = Lanes().right_m,
-        start_spread_m: float = Lanes().spread_m,
+        keep_right_m: float | None = None,
+        start_spread_m: float = START_SPREAD_M,
         **overrides: Any,
     ) -> None:
         """Make a place with several robots.
@@ -95,7 +95,8 @@ class CorridorParallelEnv(ParallelEnv[str, Observation, Any]):  # type: ignore[m
             robots: Number of robots, at most 6.
             config: As for ``CorridorEnv``, like preset and overrides.
             preset: Deltas of a registered environment.
-            keep_right_m: Lateral distance of a robot's path from the middle of its way.
+            keep_right_m: Lateral distance of a robot's path from the middle of its way; default
+                0.6 m, or 0.45 m where walls are nearer.
             start_spread_m: Starts are drawn up to this far behind the beginning of the way.
             **overrides: Fields of the config.
 
@@ -107,8 +108,10 @@ class CorridorParallelEnv(ParallelEnv[str, Observation, Any]):  # type: ignore[m
         variant = Variant(self.config)
         self._source, self._problem = variant.source, variant.problem
         self._check()
-        self._lanes = Lanes(keep_right_m, start_spread_m)
-        check_paths(self.config.place, self._source.draw(0).place, count, self._lanes)
+        self._lanes = lanes_in(
+            self.config.place, self._source.draw(0).place, count,
+            right_m=keep_right_m, spread_m=start_spread_m,
+        )  # fmt: skip
         self.possible_agents = [f"robot_{i}" for i in range(count)]
         self.agents: list[str] = []
         spaces = [spaces_of(self.config) for _ in range(count)]

@@ -19,16 +19,18 @@ from hazbot_gym.core.state import ACROSS, ROBOT_RADIUS_M, Floats, Place, Records
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.task.place_data import narrowest
 
+# Usual lateral offsets, the first where there is room. At 0.45 m many people choose the side of the
+# wall, where there is no room in ways of 2 m, and stand before a robot that stands.
+USUAL_RIGHT_M = (0.6, 0.45)
+START_SPREAD_M = 2.0
 FOLLOWING_M = 1.0  # least distance of the starts of two robots on the same way
 
 
 class Lanes(NamedTuple):
     """Lateral offset of the paths, and spread of their starts."""
 
-    # Distance of a robot's path from the way, to the right. At 0.45 m many people would choose the
-    # side of the wall, where there is no room in ways of 2 m, and stand before a robot that stands.
-    right_m: float = 0.6
-    spread_m: float = 2.0  # starts lie up to this far behind the beginning of the way
+    right_m: float  # distance of a robot's path from the way, to the right
+    spread_m: float  # starts lie up to this far behind the beginning of the way
 
 
 class _Way(NamedTuple):
@@ -46,26 +48,30 @@ def robot_paths(place: Place, robots: int, lanes: Lanes, key: int) -> list[Recor
     return _paths(place, lanes, shares)
 
 
-def check_paths(name: str, place: Place, robots: int, lanes: Lanes) -> None:
-    """Raise if a robot's path passes too near to a wall in some scenario.
+def lanes_in(
+    name: str, place: Place, robots: int, *, right_m: float | None, spread_m: float
+) -> Lanes:
+    """Return the lanes of a place, by default the usual ones.
 
     Raises:
-        InvalidInput: A length cannot be used, the place is too narrow, or a bend too sharp for the
-            lane; one line.
+        InvalidInput: A length cannot be used, the place is too narrow in some scenario, or a bend
+            too sharp for the lane; one line.
     """
-    if not _is_finite(lanes.right_m):
-        raise InvalidInput(f"keep_right_m: given {lanes.right_m!r}, allowed are finite numbers")
-    if not (_is_finite(lanes.spread_m) and lanes.spread_m >= 0.0):
+    if not (right_m is None or _is_finite(right_m)):
+        raise InvalidInput(f"keep_right_m: given {right_m!r}, allowed are finite numbers")
+    if not (_is_finite(spread_m) and spread_m >= 0.0):
         allowed = "finite numbers of at least 0"
-        raise InvalidInput(f"start_spread_m: given {lanes.spread_m!r}, allowed are {allowed}")
-    for path in _paths(place, lanes, [1.0] * robots):
-        clearance_m, x, y = narrowest(place.walls, path)
-        if clearance_m <= ROBOT_RADIUS_M:
-            raise InvalidInput(
-                f"place {name}: with keep_right_m = {lanes.right_m:g} the path of a robot passes a "
-                f"wall at {clearance_m:.2f} m near ({x:.1f}, {y:.1f}), allowed is more than "
-                f"{ROBOT_RADIUS_M:.2f} m"
-            )
+        raise InvalidInput(f"start_spread_m: given {spread_m!r}, allowed are {allowed}")
+    for offset_m in USUAL_RIGHT_M if right_m is None else (right_m,):
+        lanes = Lanes(offset_m, spread_m)
+        paths = _paths(place, lanes, [1.0] * robots)
+        clearance_m, x, y = min(narrowest(place.walls, path) for path in paths)
+        if clearance_m > ROBOT_RADIUS_M:
+            return lanes
+    raise InvalidInput(
+        f"place {name}: with keep_right_m = {offset_m:g} the path of a robot passes a wall at "
+        f"{clearance_m:.2f} m near ({x:.1f}, {y:.1f}), allowed is more than {ROBOT_RADIUS_M:.2f} m"
+    )
 
 
 def _is_finite(given: object) -> bool:

@@ -18,7 +18,7 @@ from hazbot_gym.policies.base import make as make_policy
 from hazbot_gym.sim.walking import BLOCKING_RANGE_M
 from hazbot_gym.task.observation import layout_in
 from hazbot_gym.task.places import load_place
-from hazbot_gym.task.robot_paths import Lanes, robot_paths
+from hazbot_gym.task.robot_paths import Lanes, lanes_in, robot_paths
 from tests.refusals import refused
 
 CROSSING: dict[str, Any] = {"place": "intersection", "people": {"count": [2, 5]}}
@@ -266,6 +266,15 @@ def test_opposite_robots_pass_on_the_right(place: str) -> None:
             assert np.cos(heading) * dy[near] - np.sin(heading) * dx[near] > 0.8  # on its left
 
 
+def test_lanes_are_as_far_right_as_there_is_room() -> None:
+    usual = [
+        lanes_in(place, load_place(place), robots, right_m=None, spread_m=0.0).right_m
+        for place, robots in (("intersection", 6), ("corridor", 2), ("corridor", 4), ("aisle", 2))
+    ]
+
+    assert usual == [0.6, 0.6, 0.45, 0.45]
+
+
 def test_crossing_paths_meet_after_equal_ways() -> None:
     paths = robot_paths(load_place("intersection"), 4, Lanes(0.0, 0.0), key=0)
 
@@ -276,7 +285,7 @@ def test_crossing_paths_meet_after_equal_ways() -> None:
 
 def test_robots_on_one_way_start_apart() -> None:
     for key in range(20):
-        paths = robot_paths(load_place("open"), 6, Lanes(), key)
+        paths = robot_paths(load_place("open"), 6, Lanes(0.6, 2.0), key)
         starts = np.array([[path["x"][0], path["y"][0]] for path in paths])
         away_m = np.hypot(*(starts[:, None] - starts).T)[~np.eye(6, dtype=bool)]
         assert away_m.min() > 2 * ROBOT_RADIUS_M
@@ -289,7 +298,7 @@ def test_robots_on_one_way_start_apart() -> None:
     ("arguments", "said"),
     [
         ({"robots": 7}, "robots: given 7, allowed ... 1 to 6"),
-        ({"place": "doorway"}, "place doorway ... keep_right_m = 0.6 ... 0.30 m"),
+        ({"place": "doorway"}, "place doorway ... keep_right_m = 0.45 ... 0.30 m"),
         ({"gas": {}}, "robots: given gas"),
         ({"people": {"model": "replay"}}, "robots: given recordings"),
         ({"drive": {"acceleration_mps2": {"uniform": [0.3, 0.6]}}}, "robots: given randomised"),
