@@ -73,6 +73,7 @@ TRAINING = tuple(
         "imitation",
         "logging",
         "ppo_lagrangian",
+        "priced_rewards",
         "residual_envs",
         "run",
         "shaping",
