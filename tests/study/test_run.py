@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import io
 import os
+import shutil
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from pathlib import Path
@@ -148,7 +149,7 @@ def test_a_single_shard_runs_in_this_process_on_threads(
 
 def test_a_finished_study_is_not_run_again(inline: type[InlinePool], parallel: Path) -> None:
     before = contents(parallel)
-    text = said(lambda console: run_study(STUDY, parallel, console=console))
+    text = said(lambda console: run_study(STUDY, parallel, workers=2, console=console))
     assert inline.shards == []
     assert "8 of 8" in text
     assert contents(parallel) == before
@@ -167,24 +168,26 @@ def test_an_interrupted_study_goes_on_where_it_stopped(
     write_rows = store.write_rows
     monkeypatch.setattr(store, "write_rows", write_three)
     with pytest.raises(KeyboardInterrupt):
-        run_study(STUDY, tmp_path)
+        run_study(STUDY, tmp_path, workers=2)
     monkeypatch.setattr(store, "write_rows", write_rows)
     assert not (tmp_path / store.EPISODES).exists()
     assert not (tmp_path / store.SUMMARY).exists()
     assert len(list((tmp_path / store.SHARDS).iterdir())) == 3
 
-    run_study(STUDY, tmp_path)
+    run_study(STUDY, tmp_path, workers=2)
     assert len(inline.shards) == 5
     assert (tmp_path / store.SUMMARY).read_bytes() == (parallel / store.SUMMARY).read_bytes()
 
 
-def test_a_damaged_shard_is_run_again_and_said_so(inline: type[InlinePool], tmp_path: Path) -> None:
-    run_study(STUDY, tmp_path)
+def test_a_damaged_shard_is_run_again_and_said_so(
+    inline: type[InlinePool], parallel: Path, tmp_path: Path
+) -> None:
+    shutil.copytree(parallel, tmp_path, dirs_exist_ok=True)
     before = contents(tmp_path)
     shards = [shard.path for shard in planned(tmp_path)]
     shards[2].write_bytes(shards[2].read_bytes()[:100])
     shards[5].unlink()
-    text = said(lambda console: run_study(STUDY, tmp_path, console=console))
+    text = said(lambda console: run_study(STUDY, tmp_path, workers=2, console=console))
     assert "6 of 8" in text
     assert "1 damaged shard" in text
     assert len(inline.shards) == 2
@@ -194,19 +197,19 @@ def test_a_damaged_shard_is_run_again_and_said_so(inline: type[InlinePool], tmp_
 
 
 def test_results_of_other_code_are_run_again_and_said_so(
-    inline: type[InlinePool], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    inline: type[InlinePool], parallel: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    run_study(STUDY, tmp_path)
+    shutil.copytree(parallel, tmp_path, dirs_exist_ok=True)
     monkeypatch.setattr(provenance, "stamp", lambda data: "of other code")
-    text = said(lambda console: run_study(STUDY, tmp_path, console=console))
+    text = said(lambda console: run_study(STUDY, tmp_path, workers=2, console=console))
     says(text.replace("\n", " "), "8 ... other code")
     assert len(inline.shards) == 8
 
 
 def test_results_are_withdrawn_until_what_they_rest_on_is_complete(
-    inline: type[InlinePool], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    inline: type[InlinePool], parallel: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    run_study(STUDY, tmp_path)
+    shutil.copytree(parallel, tmp_path, dirs_exist_ok=True)
     next(planned(tmp_path)).path.unlink()
 
     def interrupt(*arguments: Any) -> None:
@@ -214,7 +217,7 @@ def test_results_are_withdrawn_until_what_they_rest_on_is_complete(
 
     monkeypatch.setattr(store, "write_rows", interrupt)
     with pytest.raises(KeyboardInterrupt):
-        run_study(STUDY, tmp_path)
+        run_study(STUDY, tmp_path, workers=2)
     assert not (tmp_path / store.SUMMARY).exists()
     assert not (tmp_path / store.EPISODES).exists()
 
@@ -237,10 +240,10 @@ def test_an_edited_policy_of_ones_own_is_run_again_and_no_other(
         episodes=2,
         episodes_per_shard=1,
     )
-    run_study(study, tmp_path / "out", allowed=CODE)
+    run_study(study, tmp_path / "out", workers=2, allowed=CODE)
     assert len(inline.shards) == 4
     source.write_text(text + "# better\n")
-    run_study(study, tmp_path / "out", allowed=CODE)
+    run_study(study, tmp_path / "out", workers=2, allowed=CODE)
     assert [shard.policy for shard in inline.shards] == ["my_policy_under_test:Mine"] * 2
 
 

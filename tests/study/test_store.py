@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import errno
+import itertools
 import os
 import re
 from collections.abc import Iterator
@@ -56,10 +57,10 @@ def test_a_flipped_bit_in_the_data_is_damage(tmp_path: Path) -> None:
 def flipped(path: Path) -> Iterator[int]:
     """Change one byte after the other of a file that is at hand, and put it back."""
     whole = path.read_bytes()
-    for place in range(len(whole)):
-        for bit in (0x01, 0x20):  # another digit or letter; the other case
-            path.write_bytes(whole[:place] + bytes([whole[place] ^ bit]) + whole[place + 1 :])
-            yield place
+    bits = itertools.cycle((0x01, 0x20))  # another digit or letter; the other case
+    for (place, byte), bit in zip(enumerate(whole), bits, strict=False):
+        path.write_bytes(whole[:place] + bytes([byte ^ bit]) + whole[place + 1 :])
+        yield place
     path.write_bytes(whole)
 
 
