@@ -7,13 +7,13 @@ point of its former route; a scripted walker goes straight on in its former dire
 
 from __future__ import annotations
 
-import itertools
 import math
 from typing import NamedTuple
 
 import numpy as np
 
 from hazbot_gym.core.geometry import is_in_sight, nearest_on_segment, norm, route_pose
+from hazbot_gym.core.jit import scalar
 from hazbot_gym.core.state import (
     AGAINST,
     GONE,
@@ -24,6 +24,7 @@ from hazbot_gym.core.state import (
     SCRIPTED,
     SOCIAL_FORCE,
     Floats,
+    PersonRecord,
     Records,
     records,
 )
@@ -70,34 +71,19 @@ class Intervention:
             row = len(world.place.routes)
             self._led[person] = _Led(world.people[person : person + 1].copy(), row)
             _add_route(world)
-        me = world.people[person : person + 1]
-        x, y = float(me["x"][0]), float(me["y"][0])
-        away_m = norm(x_m - x, y_m - y)
-        ux, uy = ((x_m - x) / away_m, (y_m - y) / away_m) if away_m > 0.0 else (1.0, 0.0)
-        speed = min(away_m / dt_s, TOP_MPS)
-        reach_m = speed * dt_s + PERSON_RADIUS_M
-        if not is_in_sight(x, y, x + reach_m * ux, y + reach_m * uy, world.place.walls):
-            speed = 0.0
-        _send(world, person, self._led[person].row, (ux, uy), speed)
+        row, place = self._led[person].row, world.place
+        walk_to(_fields(world.people)[person], place.routes, row, place.walls, x_m, y_m, dt_s)
+        world.disturb()
 
     def release(self, person: int) -> None:
         """Let a person go on by its own model, if it is led."""
         if person not in self._led:
             return
         before, row = self._led.pop(person)
-        world, me = self.world, self.world.people[person : person + 1]
-        if not self.is_present(person):
-            return
-        if before["model"][0] == SCRIPTED:
-            vx, vy = float(before["vx"][0]), float(before["vy"][0])
-            speed = math.hypot(vx, vy)
-            _send(world, person, row, (vx / speed, vy / speed) if speed else (1.0, 0.0), speed)
-            return
-        for name in ("model", "route", "desired_speed", "offset", "sidestep_s", "sidestep_offset"):
-            me[name] = before[name]
-        route = int(before["route"][0])
-        me["s"] = _nearest(world.place.routes, route, float(me["x"][0]), float(me["y"][0]))[0]
-        world.disturb()
+        if self.is_present(person):
+            me = _fields(self.world.people)[person]
+            go_on(me, _fields(before)[0], self.world.place.routes, row)
+            self.world.disturb()
 
     @property
     def led(self) -> tuple[int, ...]:
@@ -126,7 +112,7 @@ class Intervention:
             return None
         choices = []
         for route in range(self._own_routes):
-            s, x, y, away_m = _nearest(place.routes, route, x_m, y_m)
+            s, x, y, away_m = nearest_on_route(place.routes, route, x_m, y_m)
             if is_in_sight(x, y, x_m, y_m, place.walls):
                 is_against = place.route_kinds[route] == AGAINST
                 choices.append((round(away_m, 6), not is_against, route, s))
@@ -165,32 +151,85 @@ def _add_route(world: World) -> None:
     )
 
 
-def _send(
-    world: World, person: int, row: int, direction: tuple[float, float], speed_mps: float
+def _fields(people: Records) -> Records:
+    """Return records whose fields are attributes, as in kernels."""
+    return people.view(np.recarray)
+
+
+# --- one person, also in compiled code -----------------------------------------------------------
+
+
+@scalar
+def walk_to(
+    me: PersonRecord, routes: Floats, row: int, walls: Floats, x_m: float, y_m: float, dt_s: float
+) -> None:
+    """Let a person walk towards a point for a decision, at most at ``TOP_MPS``, up to a wall.
+
+    Args:
+        me: PERSON record, changed.
+        routes: (R, K, 3) routes, of which one is changed.
+        row: The person's own route.
+        walls: (W, 4) [m].
+        x_m: The point.
+        y_m: The same, other axis.
+        dt_s: Decision period.
+    """
+    away_m = norm(x_m - me.x, y_m - me.y)
+    ux, uy = 1.0, 0.0
+    if away_m > 0.0:
+        ux, uy = (x_m - me.x) / away_m, (y_m - me.y) / away_m
+    speed_mps = min(away_m / dt_s, TOP_MPS)
+    reach_m = speed_mps * dt_s + PERSON_RADIUS_M
+    if not is_in_sight(me.x, me.y, me.x + reach_m * ux, me.y + reach_m * uy, walls):
+        speed_mps = 0.0
+    _walk_straight(me, routes, row, ux, uy, speed_mps)
+
+
+@scalar
+def go_on(me: PersonRecord, before: PersonRecord, routes: Floats, row: int) -> None:
+    """Let a person who was led go on; arguments as of ``walk_to``, and its record before."""
+    if before.model == SCRIPTED:
+        speed_mps = norm(before.vx, before.vy)
+        ux, uy = 1.0, 0.0
+        if speed_mps > 0.0:
+            ux, uy = before.vx / speed_mps, before.vy / speed_mps
+        _walk_straight(me, routes, row, ux, uy, speed_mps)
+        return
+    me.model, me.route, me.desired_speed = before.model, before.route, before.desired_speed
+    me.offset, me.sidestep_s = before.offset, before.sidestep_s
+    me.sidestep_offset = before.sidestep_offset
+    me.s = nearest_on_route(routes, before.route, me.x, me.y)[0]
+
+
+@scalar
+def _walk_straight(
+    me: PersonRecord, routes: Floats, row: int, ux: float, uy: float, speed_mps: float
 ) -> None:
     """Let a person walk straight on from where it is, along a route of its own."""
-    me, (ux, uy) = world.people[person : person + 1], direction
-    start = np.array([me["x"][0], me["y"][0]])
-    route = world.place.routes[row]
-    route[0] = *start, 0.0
-    route[1:] = *(start + ROUTE_M * np.array([ux, uy])), ROUTE_M
-    me["model"], me["route"], me["s"] = SCRIPTED, row, 0.0
-    me["offset"] = me["sidestep_offset"] = me["sidestep_s"] = 0.0
-    me["desired_speed"], me["blocked"] = speed_mps, 0.0
-    me["vx"], me["vy"] = speed_mps * ux, speed_mps * uy
-    world.disturb()
+    route = routes[row]
+    for k in range(route.shape[0]):
+        length_m = ROUTE_M if k > 0 else 0.0
+        route[k, 0], route[k, 1] = me.x + length_m * ux, me.y + length_m * uy
+        route[k, 2] = length_m
+    me.model, me.route, me.s = SCRIPTED, row, 0.0
+    me.offset, me.sidestep_offset, me.sidestep_s = 0.0, 0.0, 0.0
+    me.desired_speed, me.blocked = speed_mps, 0.0
+    me.vx, me.vy = speed_mps * ux, speed_mps * uy
 
 
-def _nearest(
+@scalar
+def nearest_on_route(
     routes: Floats, route: int, x_m: float, y_m: float
 ) -> tuple[float, float, float, float]:
     """Return the point of a route nearest to another point: s, x, y and the distance [m]."""
-    points, found = routes[route], (0.0, 0.0, 0.0, math.inf)
-    for (x1, y1, s1), (x2, y2, s2) in itertools.pairwise(points):
-        if s2 <= s1 and np.isfinite(found[3]):  # padding
+    points = routes[route]
+    s, nearest_x, nearest_y, nearest_m = 0.0, 0.0, 0.0, math.inf
+    for k in range(points.shape[0] - 1):
+        x1, y1, s1 = points[k, 0], points[k, 1], points[k, 2]
+        if points[k + 1, 2] <= s1 and nearest_m < math.inf:  # padding
             break
-        x, y = nearest_on_segment(x_m, y_m, x1, y1, x2, y2)
+        x, y = nearest_on_segment(x_m, y_m, x1, y1, points[k + 1, 0], points[k + 1, 1])
         away_m = norm(x - x_m, y - y_m)
-        if away_m < found[3]:
-            found = (float(s1 + norm(x - x1, y - y1)), float(x), float(y), float(away_m))
-    return found
+        if away_m < nearest_m:
+            s, nearest_x, nearest_y, nearest_m = s1 + norm(x - x1, y - y1), x, y, away_m
+    return s, nearest_x, nearest_y, nearest_m
