@@ -103,7 +103,7 @@ HOMES = {
     "jinja2": ("study.report.page", "paper.page", "export.c_code"),
     "onnx": ("export.onnx_file",),
     "onnxruntime": ("export.check",),
-    "numba": ("core",),
+    "numba": ("core", "export.wasm"),
     "optuna": ("study.tuning",),
     "ray": ("evaluation.ray_cluster",),
     "typer": ("cli",),

@@ -189,6 +189,19 @@ def robots_table() -> str:
     return table_text.markdown_table(titles, rows, wordy=("policy",))
 
 
+def browser_rates() -> str:
+    """Return how fast the scenes of the front page run in a browser, and their size."""
+    record = read_json(results.RECORDS / "browser.json")
+    fullest = max(record["scenes"].values(), key=lambda scene: scene["mean_people"])
+    chromium, machine = record["versions"]["chromium"].partition(".")[0], record["machine"]
+    return (
+        f"In headless Chromium {chromium} on one core of a busy machine ({machine['processor']}), "
+        f"the doorway, with {fullest['mean_people']:.1f} people on average, takes "
+        f"{fullest['steps_per_s']:,.0f} decisions a second, where real time is 10. The file has "
+        f"{record['bytes']['page'] / 1000:.0f} kB."
+    )
+
+
 def _robots_row(record: Any, run: Any) -> tuple[str, ...]:
     ends, percent = run["ends"], 100.0 / len(run["ends"])
     delays_s = [
@@ -356,6 +369,7 @@ MAKERS: dict[str, Callable[..., str]] = {
         shipped_prices,
         shipped_gain,
         robots_table,
+        browser_rates,
         shield_table,
         results_figure,
         policy_table,

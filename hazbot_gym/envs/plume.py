@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -12,13 +12,15 @@ from hazbot_gym.config import Config
 from hazbot_gym.core.gas import Plume, concentration
 from hazbot_gym.core.gas_sensor import Nose, gas_sensor_of, nose_of, steady_response
 from hazbot_gym.core.geometry import path_length, sample_path
-from hazbot_gym.core.jit import lean_kernel
+from hazbot_gym.core.jit import lean_kernel, scalar
 from hazbot_gym.core.state import Floats, Ints, Place, Records, as_record
 
 CELL_M = 0.1  # of the grid
 SAMPLE_M = 0.05  # distance of the points of the path that cells are projected on
 BEYOND_M = 3.0  # drawn beyond the ends of the path, and beside it where there is no wall
 OPAQUE = 190  # opacity, 0 to 255, of gas far above the alarm threshold
+
+Reading = TypeVar("Reading", float, Floats)
 
 
 class GasFrame(NamedTuple):
@@ -57,6 +59,10 @@ class PlumeGrid:
     Attributes:
         left_m: Left edge of the grid.
         top_m: Upper edge.
+        shape: Number of rows and columns.
+        cells: (N,) flat indices of the cells with floor.
+        s_m: (N,) arc length of the path beside them.
+        aside_m: (N,) their lateral position.
     """
 
     def __init__(self, place: Place, left_m: float, right_m: float) -> None:
@@ -77,26 +83,29 @@ class PlumeGrid:
         x_m = self.left_m + CELL_M * (0.5 + np.arange(columns))
         y_m = self.top_m - CELL_M * (0.5 + np.arange(rows))
         s_m, aside_m = _project(np.stack(np.meshgrid(x_m, y_m), axis=-1), poses, at_m)
-        self._shape = rows, columns
+        self.shape = rows, columns
         is_inside = (aside_m < min(left_m, BEYOND_M)) & (aside_m > -min(right_m, BEYOND_M))
-        self._cells: Ints = np.flatnonzero(
-            is_inside & (s_m > -BEYOND_M) & (s_m < length + BEYOND_M)
-        )
-        self._s_m, self._aside_m = s_m.ravel()[self._cells], aside_m.ravel()[self._cells]
+        self.cells: Ints = np.flatnonzero(is_inside & (s_m > -BEYOND_M) & (s_m < length + BEYOND_M))
+        self.s_m, self.aside_m = s_m.ravel()[self.cells], aside_m.ravel()[self.cells]
 
     def opacity(self, gas: GasFrame, time_s: float) -> npt.NDArray[np.uint8]:
-        """Return the opacity (rows, columns) of each cell, 0 without gas.
-
-        It is u / (1 + u) of the largest, with the steady reading u of the sensor: half where the
-        gas just suffices for an alarm.
-        """
-        u, opacity = np.zeros(len(self._cells)), np.zeros(self._shape)
-        _steady_readings(
-            gas.record, as_record(gas.plume), as_record(gas.nose), self._s_m, self._aside_m,
+        """Return the opacity (rows, columns) of each cell, 0 without gas."""
+        u, opacity = np.zeros(len(self.cells)), np.zeros(self.shape)
+        steady_readings(
+            gas.record, as_record(gas.plume), as_record(gas.nose), self.s_m, self.aside_m,
             time_s, np.uint64(gas.key), u,
         )  # fmt: skip
-        opacity.flat[self._cells] = OPAQUE * u / (1.0 + u)
+        opacity.flat[self.cells] = opacity_of(u)
         return opacity.astype(np.uint8)
+
+
+@scalar
+def opacity_of(u: Reading) -> Reading:
+    """Return the opacity for steady readings u of the sensor, in units of the alarm threshold.
+
+    It is half of the largest where the gas just suffices for an alarm.
+    """
+    return OPAQUE * u / (1.0 + u)
 
 
 def _project(points: Floats, poses: Floats, at_m: Floats) -> tuple[Floats, Floats]:
@@ -112,7 +121,7 @@ def _project(points: Floats, poses: Floats, at_m: Floats) -> tuple[Floats, Float
 
 
 @lean_kernel
-def _steady_readings(
+def steady_readings(
     gases: Records, plumes: Records, noses: Records, s_m: Floats, y_m: Floats, t_s: float,
     key: np.uint64, out: Floats,
 ) -> None:  # fmt: skip

@@ -20,6 +20,7 @@ from hazbot_gym.core.jit import LANES
 from hazbot_gym.core.own_walking import check_walk
 from hazbot_gym.core.state import Floats, Records, records
 from hazbot_gym.envs.arguments import Info, episode_base
+from hazbot_gym.envs.batch_arrays import KEYS_AHEAD, arrays_of
 from hazbot_gym.envs.batch_info import Reported, Scenarios, final_info, rows_of, world_info
 from hazbot_gym.envs.batch_input import (
     Seeds,
@@ -36,9 +37,7 @@ from hazbot_gym.envs.batch_step import (
     RESET_ENDED,
     SAME_STEP,
     Bools,
-    Episodes,
     Observations,
-    Outputs,
     run_worlds,
 )
 from hazbot_gym.envs.batch_variants import Group, Variant, Variants
@@ -46,20 +45,16 @@ from hazbot_gym.envs.batch_viewer import BatchViewer
 from hazbot_gym.envs.corridor import spaces_of
 from hazbot_gym.envs.spec import CompleteSpec, horizon_given_to_make_vec
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.sim.batched_worlds import GROUP, allocate, with_room
-from hazbot_gym.sim.perception import tracker_of
+from hazbot_gym.sim.batched_worlds import GROUP, with_room
 from hazbot_gym.sim.walkers import Workspace, make_workspace
-from hazbot_gym.task.observation import layout_in
 from hazbot_gym.task.outcome import RUNNING, TIMEOUT
 from hazbot_gym.task.randomised import most_people
 from hazbot_gym.task.reward import own_terms_in, terms_of
 from hazbot_gym.task.scenario import ScenarioSampler
-from hazbot_gym.task.step_record import STEP
 from hazbot_gym.utils import processors
 from hazbot_gym.utils.threads import Threads
 
 SMALLEST_BLOCK = 32  # minimum worlds per thread
-KEYS_AHEAD = 8  # scenario keys drawn in advance for each world
 
 
 class State(NamedTuple):
@@ -161,22 +156,9 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
         self._variants = Variants(config, n)
         self._problem = self._variants.first.problem
         people = most_people(config, self._variants.first.source.people)
-        self._worlds = allocate(
-            n,
-            people,
-            len(self._problem.ring),
-            tracker_latency=tracker_of(config).latency_steps,
-            drive_latency=config.drive.latency_steps,
-            has_gas=config.gas is not None,
-        )
+        self._worlds, self._episodes, self._outputs = arrays_of(config, n, people)
         self._blocks = _blocks(n, self._thread_count)
         self._workspaces = self._make_workspaces(people)
-        self._episodes = Episodes(
-            keys=np.zeros((n, KEYS_AHEAD), np.uint64),
-            used=np.full(n, KEYS_AHEAD, np.int64),
-            is_over=np.ones(n, np.bool_),
-            was_over=np.ones(n, np.bool_),
-        )
         self._scenarios = Scenarios(
             np.zeros(n, np.int64),
             np.full(n, None, object),
@@ -184,17 +166,6 @@ class CorridorVectorEnv(VectorEnv[Observations, Any, Any]):
             self._variants.values.copy(),
         )
         self._finished = self._scenarios  # of the last ended episodes, in SAME_STEP
-        width = layout_in(config).width
-        self._outputs = Outputs(
-            observations=np.zeros((n, width), np.float32),
-            final_observations=np.zeros((n, width), np.float32),
-            records=np.zeros(n, STEP),
-            terms=np.zeros((n, len(terms_of(config)))),
-            rewards=np.zeros(n),
-            costs=np.zeros(n),
-            steps=np.zeros(n, np.int64),
-            final_gas=np.zeros_like(self._worlds.gas),
-        )
 
     # --- Gymnasium's interface -------------------------------------------------------------------
 

@@ -166,7 +166,7 @@ class FuzzyExpert(PeopleRule):
         kept = np.empty(len(rows), np.float32)
         horizons = np.broadcast_to(np.asarray(horizon_s, np.float64), len(rows)).copy()
         columns = columns_of(layout_of(rows), PERSON_FIELDS)
-        _answer(rows, columns, self.controller, self.release, self.scale, horizons, kept)
+        answer(rows, columns, self.controller, self.release, self.scale, horizons, kept)
         return kept.reshape(np.shape(observation)[:-1])
 
 
@@ -189,7 +189,7 @@ def _pattern(row: Observations, index: Ints) -> int:
 
 
 @lean_kernel
-def _answer(
+def answer(
     rows: Observations,
     columns: Columns,
     controller: SpeedRules,

@@ -22,12 +22,12 @@ class Layer(NamedTuple):
         """Return y for inputs (..., inputs): shape (..., outputs)."""
         rows = np.ascontiguousarray(x.reshape(-1, x.shape[-1]), np.float32)
         out = np.empty((len(rows), self.bias.size), np.float32)
-        _map_rows(rows, np.ascontiguousarray(self.weight), np.ascontiguousarray(self.bias), out)
+        map_rows(rows, np.ascontiguousarray(self.weight), np.ascontiguousarray(self.bias), out)
         return out.reshape(*x.shape[:-1], self.bias.size)
 
 
 @lean_kernel
-def _map_rows(rows: Floats32, weight: Floats32, bias: Floats32, out: Floats32) -> None:
+def map_rows(rows: Floats32, weight: Floats32, bias: Floats32, out: Floats32) -> None:
     """Write x W + b for every row.
 
     NumPy's matrix product is not used: the last digit of its sums depends on the number of rows, so
