@@ -1,13 +1,15 @@
 """Ship a training run: ``python docs/ship_policy.py TIER RUN``, the tier tracks or sonar.
 
-When the study of the shipped policy has been kept (``benchmarks/study.json``, part ``shipped``),
-``python docs/ship_policy.py tracks`` puts what the policy reached in it onto its card.
+When the study that trained it has been kept (``benchmarks/study.json``, part ``shipped``), ``python
+docs/ship_policy.py tracks`` puts what its learner reached in it, over all seeds, onto its card.
 """
 
 from __future__ import annotations
 
 import sys
 from pathlib import Path
+
+from study_report import LEARNED
 
 from hazbot_gym.policies.actor_file import Trained, read
 from hazbot_gym.policies.learned import SHIPPED
@@ -20,13 +22,14 @@ RECORD = Path(__file__).parents[1] / "benchmarks" / "study.json"
 
 
 def on_card() -> dict[str, str]:
-    """Return what the shipped policy of the tier tracks reached on the test scenarios."""
-    block = read_json(RECORD)["shipped"]["sets"][TEST]["ppo"]
+    """Return what the learner of the tier tracks reached on the test scenarios."""
+    block = read_json(RECORD)["shipped"]["sets"][TEST][LEARNED]
     metrics = {
         name: "{mean:.4g} ({low:.4g} to {high:.4g})".format(**estimate)
         for name, estimate in block["metrics"].items()
     }
-    return {"scenarios": str(block["episodes"]), **metrics}
+    seeds = str(block["training_seeds"])
+    return {"training seeds": seeds, "episodes": str(block["episodes"]), **metrics}
 
 
 def ship(tier: str, run: Path | None) -> None:

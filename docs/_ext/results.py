@@ -62,7 +62,7 @@ def kind_of(policy: str) -> str:
     """Return what sort of policy this is."""
     if policy.startswith("residual"):
         return CORRECTED
-    if policy in ("behaviour cloning", "dagger", "ppo from the expert"):
+    if policy in ("behaviour cloning", "dagger", "ppo from the expert", "ppo from rules"):
         return IMITATED
     if policy in ("dqn", "sac", "td3", "tqc", "ppo from nothing", "ppo-lagrangian"):
         return SCRATCH
@@ -114,11 +114,11 @@ def trade_off(study: dict[str, Any], shade: int) -> Figure:
 
 
 def shipped(study: dict[str, Any], shade: int) -> Figure:
-    """Draw delay against discomfort of the shipped policy and of rules, with their intervals."""
+    """Draw delay against discomfort of learned policies and rules, with their intervals."""
     title_x, title_y = (f"{title} (less is better)" for title in AXES.values())
     figure, axes = _axes(title_x, title_y)
     for policy, found in study["sets"]["test"].items():
-        kind = CORRECTED if policy == "ppo" else RULES
+        kind = kind_of(policy)
         x, y = (found["metrics"][name] for name in AXES)
         axes.errorbar(
             x["mean"], y["mean"], fmt=MARKS[kind], color=HUES[kind][shade], elinewidth=1,

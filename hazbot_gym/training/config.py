@@ -44,9 +44,9 @@ class Imitation(Section):
     """Imitation of a teacher: pretraining (``imitation.py``), or bc and dagger (``dagger.py``)."""
 
     teacher: str | dict[str, str] = "fuzzy_expert"  # of all environments, or of each by its name
-    decisions: Annotated[int, Ge(1), Le(50_000_000)] = (
-        700_000  # demonstrations; of bc and dagger in each round
-    )
+    decisions: Annotated[int, Ge(1), Le(50_000_000)] = 700_000  # demonstrations in each round
+    # of ppo: in the first one the teacher drives, then the student; of dagger steps / decisions
+    rounds: Annotated[int, Ge(1), Le(100)] = 1
     noise: Annotated[float, Ge(0)] = 0.2  # standard deviation of the action noise
     epochs: Annotated[int, Ge(1), Le(100_000)] = 15
     batch_size: Annotated[int, Ge(1), Le(50_000_000)] = 2048
@@ -130,6 +130,11 @@ class TrainConfig(Section):
         if value and algorithm not in ("ppo", *STUDENTS):
             raise ValueError(
                 f"given with algorithm {algorithm!r}, allowed are 'ppo', 'bc' and 'dagger'"
+            )
+        if isinstance(value, Imitation) and value.rounds > 1 and algorithm in STUDENTS:
+            raise ValueError(
+                f"rounds: given {value.rounds} with algorithm {algorithm!r}, allowed is 1; its "
+                "rounds are steps / imitation.decisions"
             )
         return value or (Imitation() if algorithm in STUDENTS else None)
 

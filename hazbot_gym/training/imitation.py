@@ -1,8 +1,10 @@
 """Imitation pretraining: supervised learning from a teacher before reinforcement learning.
 
 The teacher drives under action noise, so that the demonstrations include recoveries (DART, Laskey
-et al., CoRL 2017). The actor is fitted to the teacher's noise-free actions by least squares, the
-critic to the returns, so that PPO's first updates do not destroy the pretrained actor.
+et al., CoRL 2017). In further rounds the student drives and the teacher says what it would do, so
+that the student learns where its own mistakes lead; it is fitted to all rounds (DAgger, Ross et
+al., AISTATS 2011). The actor is fitted to the teacher's noise-free actions by least squares, the
+critic to the returns of the last round, so that PPO's first updates do not destroy the actor.
 """
 
 from __future__ import annotations
@@ -30,7 +32,7 @@ class Demonstrations(NamedTuple):
 
     observations: torch.Tensor  # (M, width)
     actions: torch.Tensor  # (M, 1) expert actions
-    returns: torch.Tensor | None = None  # (M,) discounted returns
+    returns: torch.Tensor | None = None  # (M,) discounted returns, NaN where a critic has no use
 
     def take(self, rows: torch.Tensor) -> Demonstrations:
         """Return a subset."""
@@ -91,11 +93,14 @@ def teacher_of(config: TrainConfig, envs: VecEnv, allowed: Permissions = NO_CODE
 def imitate(model: PPO, envs: VecEnv, teacher: Policy, config: TrainConfig) -> None:
     """Pretrain a new model on the teacher of its run; deterministic for a seed."""
     assert config.imitation is not None
-    seed = rollout.episode_seed(config.seed, "imitation", 0)
-    envs.seed(seed)
-    rng = np.random.default_rng(seed)
-    demonstrations = watch(envs, teacher, config.imitation, float(model.gamma), rng)
-    learn(model.policy, demonstrations, config.imitation, torch.Generator().manual_seed(seed))
+    rounds = list[Demonstrations]()
+    for each in range(config.imitation.rounds):
+        seed = rollout.episode_seed(config.seed, "imitation", each)
+        envs.seed(seed)
+        rng, student = np.random.default_rng(seed), model.policy if rounds else None
+        rounds.append(watch(envs, teacher, config.imitation, float(model.gamma), rng, student))
+        generator = torch.Generator().manual_seed(seed)
+        learn(model.policy, _joined(rounds), config.imitation, generator)
 
 
 def watch(
@@ -104,8 +109,12 @@ def watch(
     imitation: Imitation,
     gamma: float,
     rng: np.random.Generator,
+    student: ActorCriticPolicy | None = None,
 ) -> Demonstrations:
-    """Collect demonstrations in all worlds in parallel; return those of complete episodes."""
+    """Collect demonstrations in all worlds in parallel; return those of complete episodes.
+
+    The student drives, if there is one, else the teacher.
+    """
     observation, state = cast(Observations, envs.reset()), None
     width, starts = policy_width(envs), np.ones(envs.num_envs, np.bool_)
     seen, done, expert = [], [], []
@@ -113,14 +122,24 @@ def watch(
         action, state = teacher.predict(observation[:, :width], state, starts)
         seen.append(observation)
         expert.append(action)
+        driven = student.predict(observation, deterministic=True)[0] if student else action
         noise = imitation.noise * rng.standard_normal(action.shape, np.float32)
-        seen_next, rewards, starts, _ = envs.step(np.clip(action + noise, -1.0, 1.0))
+        seen_next, rewards, starts, _ = envs.step(np.clip(driven + noise, -1.0, 1.0))
         observation = cast(Observations, seen_next)
         done.append((rewards, starts))
     rewards, ends = (np.stack(each) for each in zip(*done, strict=True))
     returns, is_known = returns_of(rewards, ends, gamma)
     demonstrations = (np.stack(seen), np.stack(expert), returns.astype(np.float32))
     return Demonstrations(*(torch.as_tensor(each[is_known]) for each in demonstrations))
+
+
+def _joined(rounds: Sequence[Demonstrations]) -> Demonstrations:
+    """Return the demonstrations of all rounds, with the returns of the last one."""
+    observations, actions, returns = zip(*rounds, strict=True)
+    unknown = [torch.full_like(each, torch.nan) for each in returns[:-1]]
+    return Demonstrations(
+        torch.cat(observations), torch.cat(actions), torch.cat([*unknown, returns[-1]])
+    )
 
 
 def returns_of(rewards: Floats, ends: Flags, gamma: float) -> tuple[Floats, Flags]:
@@ -161,7 +180,8 @@ def _loss(policy: ActorCriticPolicy, demonstrations: Demonstrations) -> torch.Te
     loss = miss(cast(torch.distributions.Distribution, drawn).mean, demonstrations.actions)
     if demonstrations.returns is not None:
         values = policy.predict_values(demonstrations.observations).flatten()
-        loss = loss + torch.nn.functional.mse_loss(values, demonstrations.returns)
+        errors = (values - demonstrations.returns)[~demonstrations.returns.isnan()]
+        loss = loss + errors.square().sum() / max(len(errors), 1)
     return loss
 
 

@@ -13,6 +13,7 @@ from study_targets import sonar_targets, tracks_targets
 
 from hazbot_gym.study.headline import POOLED
 from hazbot_gym.study.summary import COMPARED, TAILS
+from tests.refusals import says
 
 TEMPLATE = (Path(__file__).parents[2] / "docs" / "_templates_md" / "study_tables.md").read_text(
     encoding="utf-8"
@@ -140,36 +141,53 @@ def test_headline_of_the_first_study_has_the_chosen_policies(
 
 
 def shipped(gain: float) -> dict[str, Any]:
-    """Return a record in which the base rule has twice the policy's gain."""
-    gains = {"fuzzy_expert": 0.0, "ssm:mode=strict,margin_m=0.3": 2.0 * gain, "ppo": gain}
+    """Return a record in which one rule has twice the learner's gain over another."""
+    gains = {"fuzzy_expert": -9.0, "mpc": 0.0, "idm": 2.0 * gain, "ppo from rules": gain}
     block = {
         name: policy(**{"return": 50.0 + each}) | {"return_gain": estimate(each)}
         for name, each in gains.items()
     }
     sets = {"test/Crossing": block, "test/Leading": block, "test": block}
-    return {"shipped": small_record_of({"study": "x", "reference": "fuzzy_expert", "sets": sets})}
+    return {"shipped": small_record_of({"study": "x", "reference": "mpc", "sets": sets})}
 
 
 def test_headline_for_the_readme_has_every_policy_and_counts_environments() -> None:
     table = shipped_table(shipped(3.0))
-    assert "| `ppo` | 1.50 | 0.00 | 0.000 | 0.00 | 0.00 | 0.0 | 53.0 |" in table
+    assert "| `ppo from rules` | 1.50 | 0.00 | 0.000 | 0.00 | 0.00 | 0.0 | 53.0 |" in table
     assert "1000 test scenarios in 2 environments" in table
 
 
 @pytest.mark.parametrize(
     ("gain", "verdict", "higher"),
     [
-        (3.0, "earns more than", "`ssm:mode=strict,margin_m=0.3`."),
-        (-3.0, "earns less than", "`fuzzy_expert`."),
-        (0.005, "does not clearly earn more than", "`ssm:mode=strict,margin_m=0.3`."),
+        (
+            3.0,
+            "earns more than",
+            "`idm`; ... `Crossing-v1` (3.0, `idm`), `Leading-v1` (3.0, `idm`).",
+        ),
+        (
+            -3.0,
+            "earns less than",
+            "`mpc`; ... `Crossing-v1` (3.0, `mpc`), `Leading-v1` (3.0, `mpc`).",
+        ),
+        (0.005, "does not clearly earn more than", "`idm`; ... `Crossing-v1` (0.0, `idm`),"),
     ],
 )
-def test_result_of_the_shipped_policy_follows_the_interval(
+def test_result_of_the_learner_follows_the_interval_and_names_rules_that_earn_more(
     gain: float, verdict: str, higher: str
 ) -> None:
     text = shipped_gain(shipped(gain))
-    assert f"{verdict} the fuzzy expert" in text
-    assert text.endswith(f"Higher mean return than `ppo`: {higher}")
+    assert f"{verdict} `mpc`" in text
+    says(text, f"Higher mean return than `ppo from rules`: {higher}")
+    assert "that of the fuzzy expert less that of `mpc` -9.0" in text
+
+
+def test_where_no_rule_earns_more_the_result_says_so() -> None:
+    found = shipped(3.0)
+    for block in found["shipped"]["sets"].values():
+        del block["idm"]
+    text = shipped_gain(found)
+    assert text.endswith("no rule; in single environments, by as much as is said, no rule.")
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from tests.refusals import refused
 
 ROOT = Path(__file__).parents[2]
 CONFIGS, RECORDS = ROOT / "configs", ROOT / "benchmarks"
-TRAINED_BY = {"tracks": "ppo_residual_ssm.yaml", "sonar": "ppo_residual_sonar.yaml"}
+TRAINED_BY = {"tracks": "ppo_from_rules.yaml", "sonar": "ppo_residual_sonar.yaml"}
 LARGEST_BYTES = 200_000
 
 tiers = pytest.mark.parametrize("tier", ["tracks", "sonar"])
@@ -38,16 +38,16 @@ def test_it_is_small_and_says_by_which_config_it_comes_again(tier: str) -> None:
 
 
 def test_its_card_says_what_it_reached_in_the_study() -> None:
-    record = read_json(RECORDS / "study.json")["shipped"]["sets"]["test"]["ppo"]
+    record = read_json(RECORDS / "study.json")["shipped"]["sets"]["test"]["ppo from rules"]
     found = read(SHIPPED / "ppo_tracks.npz").about["study"]
     assert found["delay_s"].startswith(f"{record['metrics']['delay_s']['mean']:.4g} ")
 
 
-@pytest.mark.parametrize("study", ["study_shipped.yaml", "study_people.yaml"])
-def test_studies_of_it_have_the_rule_that_it_corrects(study: str) -> None:
-    residual = load_training(CONFIGS / TRAINED_BY["tracks"]).residual
-    assert residual is not None
-    assert residual.base in load_study(CONFIGS / study).names
+def test_the_study_of_it_has_what_trained_it_and_the_rules_that_it_started_from() -> None:
+    study = load_study(CONFIGS / "study_from_rules.yaml")
+    assert [each.config.name for each in study.learners] == [TRAINED_BY["tracks"]]
+    started = set(load_training(CONFIGS / TRAINED_BY["tracks"]).teachers())
+    assert started & set(study.names)
 
 
 @tiers

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 import torch
+from stable_baselines3.common.policies import ActorCriticPolicy
 
 from hazbot_gym import policies
 from hazbot_gym.envs.vector import CorridorVectorEnv
+from hazbot_gym.task.observation import LAYOUTS
 from hazbot_gym.training.config import TrainConfig, load_training
-from hazbot_gym.training.imitation import miss, returns_of, teacher_of
+from hazbot_gym.training.imitation import miss, returns_of, teacher_of, watch
 from hazbot_gym.training.run import train
 from hazbot_gym.training.vec_envs import make_envs
 from tests.refusals import refused
@@ -92,3 +94,39 @@ def test_equal_seeds_learn_equally(tmp_path: Path) -> None:
     first = "mlp_extractor.policy_net.0.weight"
     assert torch.equal(weights[0][first], weights[1][first])
     assert not torch.equal(weights[0][first], weights[2][first])
+
+
+class Stands:
+    """A student that does not move."""
+
+    def predict(self, observation: Any, deterministic: bool) -> tuple[Any, None]:
+        assert deterministic
+        return np.full((len(observation), 1), -1.0, np.float32), None
+
+
+def test_in_later_rounds_the_student_drives_and_the_teacher_answers() -> None:
+    short = {"decisions": 400, "noise": 0.0, "teacher": "constant:fraction=1"}
+    config = quick(worlds=4, overrides={"max_episode_steps": 50}, imitation=short)
+    assert config.imitation
+    envs = make_envs(config)
+    rng, student = np.random.default_rng(0), cast(ActorCriticPolicy, Stands())
+    seen = watch(envs, teacher_of(config, envs), config.imitation, 1.0, rng, student)
+    speeds_mps = LAYOUTS["tracks"].decode(seen.observations)["speed_mps"]
+    assert np.abs(speeds_mps).max() < 0.01
+    assert (seen.actions == 1.0).all()
+
+
+def test_further_rounds_are_learned_from_and_equal_seeds_learn_equally(tmp_path: Path) -> None:
+    short = QUICK["imitation"] | {"epochs": 3}
+    first = "mlp_extractor.policy_net.0.weight"
+    a, b, c = (
+        train(quick(imitation=short | {"rounds": rounds}), tmp_path / name).model.policy
+        for name, rounds in (("a", 2), ("b", 2), ("c", 1))
+    )
+    assert torch.equal(a.state_dict()[first], b.state_dict()[first])
+    assert not torch.equal(a.state_dict()[first], c.state_dict()[first])
+
+
+def test_rounds_of_dagger_follow_from_its_steps() -> None:
+    with refused("imitation ... rounds: given 3 ... 'dagger', allowed is 1"):
+        load_training(algorithm="dagger", imitation={"rounds": 3})
