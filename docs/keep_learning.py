@@ -1,7 +1,8 @@
-"""Keep the study of how PPO learns in Crossing-v1: ``python docs/keep_learning.py DIR``.
+"""Keep a study of how PPO learns: ``python docs/keep_learning.py learning=DIR``.
 
-DIR is a study with ``configs/study_crossing.yaml``. Writes ``benchmarks/learning.json`` and the
-learning curves of all seeds.
+``learning`` is a study with ``configs/study_crossing.yaml``, ``ablations`` one with
+``configs/study_ablations.yaml``. Writes the record of that name into ``benchmarks/`` and the
+learning curves of all seeds as a picture.
 """
 
 from __future__ import annotations
@@ -12,22 +13,24 @@ from typing import Any
 
 from hazbot_gym.paper.plot_style import BLUE, INK, SOFT, legend, new, svg
 from hazbot_gym.study.candidates import folder_of
-from hazbot_gym.study.headline import scenarios_of
+from hazbot_gym.study.headline import POOLED, scenarios_of
 from hazbot_gym.study.report import page
 from hazbot_gym.training.run_folder import RESULT
 from hazbot_gym.utils.files import read_json, write_json, write_text
 
 ROOT = Path(__file__).parents[1]
-RECORD = ROOT / "benchmarks" / "learning.json"
-CURVES = ROOT / "docs" / "images" / "learning.svg"
+RECORDS, IMAGES = ROOT / "benchmarks", ROOT / "docs" / "images"
+NAMES = ("learning", "ablations")
 METRICS = ("return", "delay_s", "discomfort_s", "personal_m", "arrived", "contacts_per_km")
 COLUMNS = 3
+EXPERT = "fuzzy_expert"
 
 
 def kept(folder: Path) -> dict[str, Any]:
-    """Return what the page needs of a study of one scenario set."""
+    """Return what the page needs of a study of one scenario set, or of several together."""
     study = page.read(folder)
-    ((_, found),) = study.summary["sets"].items()
+    sets = study.summary["sets"]
+    found = sets[POOLED] if len(sets) > 1 else next(iter(sets.values()))
     return {
         "reference": study.summary["reference"],
         "episodes": scenarios_of(found),
@@ -66,7 +69,7 @@ def curves(record: dict[str, Any]) -> str:
         axis.set_visible(False)
     for axis, (name, seeds) in zip(axes.flat, runs.items(), strict=False):
         axis.set_title(name, fontsize=9, color=INK)
-        axis.axhline(rules["fuzzy_expert"], color=SOFT, linewidth=1.0, linestyle=":")
+        axis.axhline(rules[EXPERT], color=SOFT, linewidth=1.0, linestyle=":")
         axis.axhline(rules[best], color=INK, linewidth=1.0, linestyle=(0, (4, 3)))
         for k, run in enumerate(seeds):
             label = "validation scenarios, one line a seed" if k == 0 else None
@@ -74,7 +77,7 @@ def curves(record: dict[str, Any]) -> str:
             axis.plot(actions, run["returns"], "o-", color=BLUE, linewidth=1.1, ms=3, label=label)
     figure.supxlabel("million actions", fontsize=9)
     figure.supylabel("return", fontsize=9)
-    axes[0, 0].lines[0].set_label("fuzzy_expert")
+    axes[0, 0].lines[0].set_label(EXPERT)
     axes[0, 0].lines[1].set_label(best)
     handles, labels = axes[0, 0].get_legend_handles_labels()
     legend(figure, handles=handles, labels=labels, loc="outside upper center", ncols=3)
@@ -82,6 +85,9 @@ def curves(record: dict[str, Any]) -> str:
 
 
 if __name__ == "__main__":
-    record = kept(Path(sys.argv[1]))
-    write_text(CURVES, curves(record))
-    write_json(RECORD, record)
+    name, given = sys.argv[1].split("=", 1)
+    if name not in NAMES:
+        raise SystemExit(f"{name}: allowed are {', '.join(NAMES)}")
+    record = kept(Path(given))
+    write_text(IMAGES / f"{name}.svg", curves(record))
+    write_json(RECORDS / f"{name}.json", record)

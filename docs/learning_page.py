@@ -1,4 +1,4 @@
-"""The page on how PPO learns in one environment, from its committed record."""
+"""The pages on how PPO learns, in one environment and by choice, from their committed records."""
 
 from __future__ import annotations
 
@@ -27,22 +27,30 @@ TITLES = (
 
 
 def page(template: str, record: Record, *, name: str) -> str:
-    """Return the page: a template with its placeholders filled in.
+    """Return the page on one environment: a template with its placeholders filled in.
 
     Args:
         template: With ``$`` placeholders.
         record: Of ``docs/keep_learning.py``.
         name: Of its file, from the root of the repository.
     """
-    return Template(template).substitute(
-        record["machine"],
-        record=name,
-        episodes=record["episodes"],
-        reference=record["reference"],
-        seeds=len(next(iter(record["runs"].values()))),
-        table=markdown_table(TITLES, list(_rows(record))),
-        gain=_interval(record["policies"][FROM_RULE]["return_gain"]),
-    )
+    gain = _interval(record["policies"][FROM_RULE]["return_gain"])
+    return Template(template).substitute(_values(record), record=name, gain=gain)
+
+
+def ablations(template: str, record: Record, *, name: str) -> str:
+    """Return the page on the choices of a training file; see ``page``."""
+    return Template(template).substitute(_values(record), record=name)
+
+
+def _values(record: Record) -> dict[str, str]:
+    return {
+        "processor": record["machine"]["processor"],
+        "episodes": str(record["episodes"]),
+        "reference": record["reference"],
+        "seeds": str(len(next(iter(record["runs"].values())))),
+        "table": markdown_table(TITLES, list(_rows(record))),
+    }
 
 
 def _rows(record: Record) -> Iterator[tuple[str, ...]]:

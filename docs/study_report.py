@@ -112,17 +112,17 @@ def shipped_gain(record: Record) -> str:
     """Return how the learned policies compare with the rules, together and by environment."""
     found = record["shipped"]
     sets, reference = found["sets"], found["reference"]
-    block = sets[TEST]
-    gain, expert = (block[policy]["return_gain"] for policy in (LEARNED, EXPERT))
+    block, over_expert = sets[TEST], found["over_expert"]
+    gain = block[LEARNED]["return_gain"]
     higher = [f"`{policy}`" for policy, _ in _ahead(block)]
     best = {name: _ahead(policies)[:1] for name, policies in _environments(sets).items()}
     where = [f"`{name}-v1` ({more:.1f}, `{rule}`)" for name in best for rule, more in best[name]]
     return (
-        f"**In the test scenarios, `{LEARNED}` {_verdict([gain])} `{reference}`**: its return less "
-        f"that of `{reference}` is {_estimate(gain, 1)}; that of the fuzzy expert less that of "
-        f"`{reference}` {_estimate(expert, 1)}. Higher mean return than `{LEARNED}`: "
-        f"{', '.join(higher) or 'no rule'}; in single environments, by as much as is said, "
-        f"{', '.join(where) or 'no rule'}."
+        f"**In the test scenarios, `{LEARNED}` {_verdict([over_expert])} the fuzzy expert**: its "
+        f"return is higher by {_estimate(over_expert, 1)}. **It {_verdict([gain])} "
+        f"`{reference}`**: its return is higher by {_estimate(gain, 1)}. Higher mean return than "
+        f"`{LEARNED}`: {', '.join(higher) or 'no rule'}; in single environments, by as much as is "
+        f"said, {', '.join(where) or 'no rule'}."
     )
 
 

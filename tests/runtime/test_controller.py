@@ -18,6 +18,7 @@ from hazbot_gym.policies.lstm import Lstm
 from hazbot_gym.runtime.people import Person
 from hazbot_gym.runtime.readings import Readings
 from hazbot_gym.runtime.robot_file import Robot
+from hazbot_gym.task.observation import TRACKER_RANGE_M
 from tests.refusals import refused
 
 GOOD: dict[str, Any] = {
@@ -98,7 +99,7 @@ def test_speeds_are_those_of_the_simulator_through_an_episode(policy: str, slots
     controller = controlled(policy, dead_band_mps=0.0, person_slots=slots)
     asked = driver_of(make_policy(policy), env.config)
     observation, _ = env.reset(seed=3)
-    met = 0
+    met = compared = 0
     for _ in range(150):
         seen = {name: float(value) for name, value in controller.layout.decode(observation).items()}
         people = people_seen(env)
@@ -108,10 +109,15 @@ def test_speeds_are_those_of_the_simulator_through_an_episode(policy: str, slots
         action, _ = asked.predict(observation)
 
         assert controller.stop is None
-        assert speed_mps == pytest.approx(0.25 * (float(action[0]) + 1.0), abs=1e-5)
+        # The simulated tracker sees whoever is within its range, and reports a noisy place, which
+        # may lie beyond; the controller leaves out whoever is reported there.
+        if all(math.hypot(one.x_m, one.y_m) <= TRACKER_RANGE_M for one in people):
+            assert speed_mps == pytest.approx(0.25 * (float(action[0]) + 1.0), abs=1e-5)
+            compared += 1
         met += int(seen["person0_crossing"] + seen["person0_encountering"])
         observation, *_ = env.step(np.float32([4.0 * speed_mps - 1.0]))
     assert met > 10
+    assert compared > 140
 
 
 @pytest.mark.parametrize(
