@@ -64,6 +64,7 @@ EXPERT = "fuzzy_expert"
 NOT_IN_FIRST = ("arrived", "discomfort_s", "rms_jerk_mps3")
 SHIPPED_HEADLINE = tuple(column for column in HEADLINE if column[0] != "discomfort_s")
 DIRECTIONAL = "ssm:mode=directional"
+LEAD = 1.0  # in return, from which a rule is named as better in an environment
 LEARNED = "ppo from rules"  # of the study of the shipped policy, which is its best seed
 SHIPPED = "ppo"  # of the first version
 RECORDED = {"replay": "replayed", "seeded": "reactive"}  # people of each set
@@ -116,13 +117,19 @@ def shipped_gain(record: Record) -> str:
     gain = block[LEARNED]["return_gain"]
     higher = [f"`{policy}`" for policy, _ in _ahead(block)]
     best = {name: _ahead(policies)[:1] for name, policies in _environments(sets).items()}
-    where = [f"`{name}-v1` ({more:.1f}, `{rule}`)" for name in best for rule, more in best[name]]
+    where = [
+        f"`{name}-v1` (`{rule}`, by {more:.1f})"
+        for name, ahead in best.items()
+        for rule, more in ahead
+        if more >= LEAD
+    ]
     return (
         f"**In the test scenarios, `{LEARNED}` {_verdict([over_expert])} the fuzzy expert**: its "
         f"return is higher by {_estimate(over_expert, 1)}. **It {_verdict([gain])} "
-        f"`{reference}`**: its return is higher by {_estimate(gain, 1)}. Higher mean return than "
-        f"`{LEARNED}`: {', '.join(higher) or 'no rule'}; in single environments, by as much as is "
-        f"said, {', '.join(where) or 'no rule'}."
+        f"`{reference}`**: its return is higher by {_estimate(gain, 1)}. Rules with a higher mean "
+        f"return: {', '.join(higher) or 'none'}. In single environments, ahead by {LEAD:g} (a "
+        f"second of delay) or more: "
+        f"{', '.join(where) or 'none'}."
     )
 
 

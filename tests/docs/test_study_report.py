@@ -164,14 +164,14 @@ def test_headline_for_the_readme_has_every_policy_and_counts_environments() -> N
         (
             3.0,
             "earns more than",
-            "`idm`; ... `Crossing-v1` (3.0, `idm`), `Leading-v1` (3.0, `idm`).",
+            "`idm`. ... `Crossing-v1` (`idm`, by 3.0), `Leading-v1` (`idm`, by 3.0).",
         ),
         (
             -3.0,
             "earns less than",
-            "`mpc`; ... `Crossing-v1` (3.0, `mpc`), `Leading-v1` (3.0, `mpc`).",
+            "`mpc`. ... `Crossing-v1` (`mpc`, by 3.0), `Leading-v1` (`mpc`, by 3.0).",
         ),
-        (0.005, "does not clearly earn more than", "`idm`; ... `Crossing-v1` (0.0, `idm`),"),
+        (0.005, "does not clearly earn more than", "`idm`. In ... or more: none."),
     ],
 )
 def test_result_of_the_learner_follows_the_interval_and_names_rules_that_earn_more(
@@ -179,7 +179,7 @@ def test_result_of_the_learner_follows_the_interval_and_names_rules_that_earn_mo
 ) -> None:
     text = shipped_gain(shipped(gain))
     says(text, f"earns more than the fuzzy expert ... It {verdict} `mpc`")
-    says(text, f"Higher mean return than `ppo from rules`: {higher}")
+    says(text, f"Rules with a higher mean return: {higher}")
     assert f"higher by {9.0 + gain:.1f} (" in text
 
 
@@ -188,7 +188,7 @@ def test_where_no_rule_earns_more_the_result_says_so() -> None:
     for block in found["shipped"]["sets"].values():
         del block["idm"]
     text = shipped_gain(found)
-    assert text.endswith("no rule; in single environments, by as much as is said, no rule.")
+    says(text, "higher mean return: none. In ... ahead by 1 (a second of delay) or more: none.")
 
 
 @pytest.mark.parametrize(
