@@ -64,7 +64,7 @@ EXPERT = "fuzzy_expert"
 NOT_IN_FIRST = ("arrived", "discomfort_s", "rms_jerk_mps3")
 SHIPPED_HEADLINE = tuple(column for column in HEADLINE if column[0] != "discomfort_s")
 DIRECTIONAL = "ssm:mode=directional"
-LEAD = 1.0  # in return, from which a rule is named as better in an environment
+LEAD = 1.0  # in return, or seconds of delay: from here a rule is named as better in a place
 LEARNED = "ppo from rules"  # of the study of the shipped policy, which is its best seed
 SHIPPED = "ppo"  # of the first version
 RECORDED = {"replay": "replayed", "seeded": "reactive"}  # people of each set
@@ -127,8 +127,7 @@ def shipped_gain(record: Record) -> str:
         f"**In the test scenarios, `{LEARNED}` {_verdict([over_expert])} the fuzzy expert**: its "
         f"return is higher by {_estimate(over_expert, 1)}. **It {_verdict([gain])} "
         f"`{reference}`**: its return is higher by {_estimate(gain, 1)}. Rules with a higher mean "
-        f"return: {', '.join(higher) or 'none'}. In single environments, ahead by {LEAD:g} (a "
-        f"second of delay) or more: "
+        f"return: {', '.join(higher) or 'none'}. In single environments, by {LEAD:g} s or more: "
         f"{', '.join(where) or 'none'}."
     )
 

@@ -188,7 +188,7 @@ def test_where_no_rule_earns_more_the_result_says_so() -> None:
     for block in found["shipped"]["sets"].values():
         del block["idm"]
     text = shipped_gain(found)
-    says(text, "higher mean return: none. In ... ahead by 1 (a second of delay) or more: none.")
+    says(text, "higher mean return: none. In ... by 1 s or more: none.")
 
 
 @pytest.mark.parametrize(
