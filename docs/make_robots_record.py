@@ -1,6 +1,6 @@
 """Drive several robots in an intersection: ``python docs/make_robots_record.py``.
 
-Writes ``benchmarks/robots.json``. Needs the extra ``robots``; half an hour on one core.
+Writes ``benchmarks/robots.json``. Needs the extra ``robots``; ten minutes on one core.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from hazbot_gym.utils.files import write_json
 from hazbot_gym.utils.json_object import JsonObject
 
 RECORD = Path(__file__).parents[1] / "benchmarks" / "robots.json"
-PLACE, EPISODES, ROBOTS = "intersection", 200, (2, 4, 6)
+PLACE, EPISODES, ROBOTS = "intersection", 100, (2, 4, 6)
 POLICIES = (
     "fuzzy_expert",
     "fuzzy_expert:rules=literal8",
