@@ -12,6 +12,7 @@ import io
 import re
 import textwrap
 import tokenize
+from collections import Counter
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
@@ -203,20 +204,30 @@ def browser_rates() -> str:
 
 
 def _robots_row(record: Any, run: Any) -> tuple[str, ...]:
-    ends, percent = run["ends"], 100.0 / len(run["ends"])
-    delays_s = [
-        (end["time_s"] if end["outcome"] == "arrived" else record["horizon_s"]) - end["time_free_s"]
-        for end in ends
-    ]
-    robots = sum(end["outcome"] == "contact_robot" for end in ends)
-    people = sum(
-        end["outcome"] == "contact_person" and end["contact_caused_by"] == "robot" for end in ends
-    )
-    stuck = len({end["seed"] for end in ends if end["outcome"] == "timeout"})
+    percent = 100.0 / (run["robots"] * record["episodes"])
+    robots = run["outcomes"].get("contact_robot", 0)
+    people = run["contacts_with_people_by_robot"]
     return (
-        str(run["robots"]), f"`{run['policy']}`", f"{sum(delays_s) / len(ends):.1f}",
-        f"{percent * robots:.1f}", f"{percent * people:.1f}", f"{stuck} of {record['episodes']}",
+        str(run["robots"]), f"`{run['policy']}`", f"{run['delay_s']:.1f}",
+        f"{percent * robots:.1f}", f"{percent * people:.1f}",
+        f"{run['episodes_with_deadlock']} of {record['episodes']}",
     )  # fmt: skip
+
+
+def robots_stuck() -> str:
+    """Return what is near the robots of the fuzzy expert that stand at the horizon."""
+    record = read_json(results.RECORDS / "robots.json")
+    near = Counter[str]()
+    for run in record["runs"]:
+        if run["policy"] == "fuzzy_expert":
+            near.update(run["stuck_near"])
+    robots, all_of_them = near["robot"] + near["both"], near.total()
+    shares = [100.0 * count / all_of_them for count in (robots, near["person"], near["nothing"])]
+    return (
+        f"Of the {all_of_them:,} robots with the fuzzy expert that stand at the horizon, "
+        f"{shares[0]:.1f} % have another robot within {record['sensitive_m']:g} m, "
+        f"{shares[1]:.1f} % a person, and {shares[2]:.1f} % neither."
+    )
 
 
 def policy_table() -> str:
@@ -368,6 +379,7 @@ MAKERS: dict[str, Callable[..., str]] = {
         shipped_table,
         shipped_prices,
         shipped_gain,
+        robots_stuck,
         robots_table,
         browser_rates,
         shield_table,
