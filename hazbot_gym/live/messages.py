@@ -154,6 +154,7 @@ class Choice(Message):
     label: str
     about: str
     has_gas: bool = False  # a place with gas, or a policy for these
+    prices: tuple[float, float, float] | None = None  # least, most and usual one of a policy
     width_m: float | None = None  # of a place, if it can be set
     people: tuple[int, int] = (0, 0)  # fewest and most of a place
     unyielding: float = 0.0  # their share in a place

@@ -79,6 +79,11 @@ class Session:
             self._edits[self.run.decision] = made
         return made
 
+    @property
+    def _spec(self) -> str:
+        """The policy, at its price."""
+        return self._policies.at_price(self.settings.policy, self.settings.price)
+
     def frame(self) -> messages.Frame:
         """Return the present instant."""
         ghost = None if self.ghost is None else view.ghost_of(self.ghost, self.settings.ghost)
@@ -86,7 +91,7 @@ class Session:
 
     def scene(self) -> messages.Scene:
         """Return the fixed part of the run."""
-        return view.scene_of(self.run, self.settings, self._grid)
+        return view.scene_of(self.run, self.settings, self._spec, self._grid)
 
     # --- messages ---------------------------------------------------------------------------------
 
@@ -134,10 +139,10 @@ class Session:
         if not settings.is_same_scenario(self.settings):
             yield from self._start(settings)
             return
-        if settings.policy != self.settings.policy:
+        if self._is_other(settings.policy, settings.price, self.settings.policy):
             self.run.driver = self._driver(settings, settings.policy)
             self._is_by_hand = False
-        if settings.ghost != self.settings.ghost:
+        if self._is_other(settings.ghost, settings.price, self.settings.ghost):
             self.ghost = self._follow(settings)
         self.settings = settings
         yield self.scene()
@@ -163,7 +168,12 @@ class Session:
         if policy == YOU:
             return self._hand
         config, _ = resolve(settings.scenarios())
-        return PolicyDriver(driver_of(self._policies.make(policy), config, policy))
+        return PolicyDriver(driver_of(self._policies.make(policy, settings.price), config, policy))
+
+    def _is_other(self, policy: str, price: float | None, before: str) -> bool:
+        """Return True for another policy than before, or for the same at another price."""
+        at_price = self._policies.at_price
+        return at_price(policy, price) != at_price(before, self.settings.price)
 
     def _follow(self, settings: Settings) -> Run | None:
         """Return the ghost, which has taken as many decisions as the run, or is over."""
@@ -180,7 +190,7 @@ class Session:
         place = "".join(letter for letter in self.settings.env.lower() if letter.isalnum())
         name = f"{place}-{self.settings.seed}-{self.settings.episode}"
         if what == "scene":
-            return messages.Download(name=f"{name}.yaml", text=self.settings.scene())
+            return messages.Download(name=f"{name}.yaml", text=self.settings.scene(self._spec))
         text = recording.text_of(self.settings, self.run, self._edits)
         return messages.Download(name=f"{name}.run.json", text=text)
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from typing import Annotated, Literal
 
 import yaml
-from annotated_types import Ge, Le
+from annotated_types import Ge, Gt, Le
 from pydantic import AfterValidator
 
 from hazbot_gym.config import SCENARIOS, Config, Tracker, make_config
@@ -32,6 +32,7 @@ CORRIDOR = ENVS[0]
 PAPER = ("E*", "C*")  # scenarios of the paper: a person comes the other way, or crosses
 MOST_SEED = 2**53 - 1  # the largest integer of a browser
 MOST_PEOPLE, MOST_NOISE, MOST_LATENCY = 12, 5.0, 10
+MOST_PRICE = 1000.0  # of nearness; a policy has a range of its own within
 
 
 def _offered(env: str) -> str:
@@ -57,6 +58,8 @@ class Settings(Section):
     unyielding: Annotated[float, Ge(0), Le(1)] | None = None  # share of people who do not yield
     noise: Annotated[float, Ge(0), Le(MOST_NOISE)] = 1.0  # factor of the sensors' noise
     latency: Annotated[int, Ge(0), Le(MOST_LATENCY)] = 0  # of commands, in decisions
+    # of nearness, s of delay per s of discomfort; for policies that observe it
+    price: Annotated[float, Gt(0), Le(MOST_PRICE)] | None = None
 
     def overrides(self) -> dict[str, object]:
         """Return the config values that differ from the environment's own."""
@@ -88,29 +91,29 @@ class Settings(Section):
 
     def is_same_scenario(self, other: Settings) -> bool:
         """Return True if only the policies differ."""
-        policies = {"policy": self.policy, "ghost": self.ghost}
+        policies = {"policy": self.policy, "ghost": self.ghost, "price": self.price}
         return other.model_copy(update=policies) == self
 
     def is_same_ten(self, other: Settings) -> bool:
         """Return True if only policies and episode differ."""
         return self.model_copy(update={"episode": other.episode}).is_same_scenario(other)
 
-    def command(self) -> str:
-        """Return the command that measures the policy in the episodes up to this one."""
-        words = ["hazbot", "eval", "--policy", self.policy, "--env", self._id()]
+    def command(self, policy: str) -> str:
+        """Return the command that measures a policy in the episodes up to this one."""
+        words = ["hazbot", "eval", "--policy", policy, "--env", self._id()]
         words += ["--episodes", str(self.episode + 1), "--seed", str(self.seed)]
         for name, value in _flat(self.overrides()):
             words += ["--set", f"{name}={value}"]
         return shlex.join(words)
 
-    def scene(self) -> str:
+    def scene(self, policy: str) -> str:
         """Return the config of the environment as YAML, for ``config=`` of ``gymnasium.make``."""
         overrides = self.overrides()
         named = SCENARIOS[str(overrides.pop("scenario"))] if self.env in PAPER else {}
         whole = merge(merge(ENVIRONMENTS[self._id()][1], named), overrides)
         head = (
             f"# {self.env} as set on the page of hazbot play: gymnasium.make(..., config=FILE)"
-            f"\n# {self.command()}\n"
+            f"\n# {self.command(policy)}\n"
         )
         return head + yaml.safe_dump(whole, sort_keys=False)
 

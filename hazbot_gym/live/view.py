@@ -67,7 +67,7 @@ def _place(name: str) -> messages.Choice:
     )
 
 
-def scene_of(run: Run, settings: Settings, grid: PlumeGrid | None) -> messages.Scene:
+def scene_of(run: Run, settings: Settings, policy: str, grid: PlumeGrid | None) -> messages.Scene:
     """Return the fixed part of a run."""
     env, config = run.env, run.env.episode_config
     place, sonar = env.world.place, config.sensors.ultrasonic
@@ -79,7 +79,7 @@ def scene_of(run: Run, settings: Settings, grid: PlumeGrid | None) -> messages.S
     return messages.Scene(
         settings=settings,
         key=str(run.info["scenario_key"]),
-        command=settings.command(),
+        command=settings.command(policy),
         decision_s=config.clock.decision_s,
         horizon_s=config.max_episode_steps * config.clock.decision_s,
         time_free_s=run.info["time_free_s"],

@@ -19,7 +19,7 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies import actor_file
 from hazbot_gym.policies.base import OPTIONS, Policy
 from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations, numbers
-from hazbot_gym.policies.price_input import at_price
+from hazbot_gym.policies.price_input import PriceInput, at_price
 from hazbot_gym.policies.residual import Residual, on_its_base
 from hazbot_gym.task.observation import (
     Layout,
@@ -37,6 +37,7 @@ class TrainedActor(Guarded):
 
     Attributes:
         layout: Layout of the observations that it was trained on.
+        prices: Prices of nearness that it was trained for; None if it does not observe the price.
     """
 
     def __init__(self, trained: actor_file.Trained, price: float | None = None) -> None:
@@ -50,7 +51,8 @@ class TrainedActor(Guarded):
             InvalidInput: The actor was not trained for this price.
         """
         self.about = trained.about
-        self.actor = at_price(trained.actor, actor_file.prices_of(self.about), price)
+        self.prices = actor_file.prices_of(self.about)
+        self.actor = at_price(trained.actor, self.prices, price)
         self.layout = actor_file.layout_of_table(self.about)
 
     def act(
@@ -105,14 +107,25 @@ def check_fields(given: Layout, trained: Layout) -> None:
         raise InvalidInput(missing)
 
 
+def network_of(policy: Policy) -> TrainedActor | None:
+    """Return the network of a policy, alone or on a base; None if it is of another kind."""
+    network = policy.network if isinstance(policy, Residual) else policy
+    return network if isinstance(network, TrainedActor) else None
+
+
 def trained_layout(policy: Policy) -> Layout | None:
     """Return the layout that a network, alone or on a base, was trained on; None if unknown."""
-    network = policy.network if isinstance(policy, Residual) else policy
-    return network.layout if isinstance(network, TrainedActor) else None
+    network = network_of(policy)
+    return network.layout if network else None
 
 
 class FromFile:
     """Policy that delegates to a policy read from a file."""
+
+    @property
+    def prices(self) -> PriceInput | None:
+        """Prices of nearness that the policy can be set to by its option ``price``, if any."""
+        return None
 
     def policy_for(self, layout: Layout) -> Policy:
         """Return the policy of the file for observations of a layout."""
@@ -169,6 +182,12 @@ class Learned(FromFile):
 
     def __post_init__(self) -> None:
         self._policy  # noqa: B018  (a file that cannot be used is refused when the policy is made)
+
+    @property
+    def prices(self) -> PriceInput | None:
+        """Prices of nearness that the policy can be set to by its option ``price``, if any."""
+        network = network_of(self._policy)
+        return network.prices if network and self.price is None else None
 
     def policy_for(self, layout: Layout) -> Policy:
         """Return the file's policy."""

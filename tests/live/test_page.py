@@ -126,6 +126,27 @@ def test_people_are_led_added_and_removed_by_keys(browser: Any, address: str) ->
     assert browser.complaints == []
 
 
+def test_the_price_of_nearness_is_a_slider_for_a_policy_that_observes_it(
+    browser: Any, address: str, priced: str
+) -> None:
+    still(browser, address)
+    assert run(
+        browser,
+        f"""
+        await steps(3);
+        const seen = [$("price").disabled];
+        choose("policy", {priced!r});
+        await until(() => !$("price").disabled);
+        seen.push($("price").min, $("price").max, $("price").value);
+        choose("price", "10");
+        await until(() => hazbot.scene.settings.price === 10);
+        seen.push(document.querySelector("output[for=price]").textContent);
+        return [...seen, hazbot.frame.decision, location.search.includes("price=10")];
+    """,
+    ) == [True, "1", "16", "4", "10 s/s", 3, True]
+    assert browser.complaints == []
+
+
 def test_a_policy_is_swapped_in_mid_run_and_a_ghost_joins(browser: Any, address: str) -> None:
     still(browser, address)
     decisions, driver, ghost = run(

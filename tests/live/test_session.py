@@ -104,6 +104,45 @@ def test_a_policy_is_swapped_in_mid_run() -> None:
     assert page.run.actions == [1.0] * 20 + [0.0] * 10
 
 
+def test_the_price_of_nearness_acts_at_once_on_a_policy_that_observes_it(priced: str) -> None:
+    page = Session(Policies(priced), Settings(policy=priced, ghost=priced, people=0))
+    drive(page, 10)
+    for price in (16.0, 1.0):
+        changed = page.settings.model_copy(update={"price": price})
+        sent = page.receive(messages.Configure(settings=changed))
+        assert [each.kind for each in sent] == ["scene", "frame"]
+        drive(page, 10)
+    assert page.run.actions == [0.0] * 10 + [-1.0] * 10 + [1.0] * 10
+    frame = page.frame()
+    assert frame.ghost is not None
+    assert frame.ghost.pose[0] > frame.pose[0]  # at the last price from the start on
+    path = priced.partition(":")[2]
+    assert f"--policy learned:price=1.0,{path} " in page.scene().command
+
+
+def test_other_policies_know_no_price(priced: str) -> None:
+    policies = Policies(priced, f"learned:price=2,path={priced.partition(':')[2]}")
+    offered = {each.name: each.prices for each in policies.choices()}
+    assert offered.pop(priced) == (1.0, 16.0, 4.0)
+    assert set(offered.values()) == {None}
+    page = session(policy="constant:1")
+    driver = page.run.driver
+    page.receive(messages.Configure(settings=page.settings.model_copy(update={"price": 2.0})))
+    assert page.run.driver is driver
+    assert "price" not in page.scene().command
+
+
+def test_a_price_beyond_those_of_the_policy_is_refused(priced: str) -> None:
+    page = Session(Policies(priced), Settings(policy=priced))
+    changed = page.settings.model_copy(update={"price": 17.0})
+    (line,) = page.receive(messages.Configure(settings=changed))
+    assert isinstance(line, messages.Line)
+    says(line.text, "price ... 17 ... 1 to 16")
+    assert page.settings.price is None
+    with refused("price ... 0"):
+        messages.parse('{"kind": "configure", "settings": {"price": 0}}')
+
+
 def test_other_settings_start_anew() -> None:
     page = session()
     drive(page, 20)

@@ -3,7 +3,7 @@
 import { usual } from "./link.js";
 
 const WORDS = ["env", "policy", "ghost", "tier"];
-const SLIDERS = ["width_m", "people", "unyielding", "noise", "latency"];
+const SLIDERS = ["width_m", "people", "unyielding", "noise", "latency", "price"];
 const YOU = "you";
 const EXPERT = "fuzzy_expert"; // drives where a policy needs gas and there is none
 
@@ -46,6 +46,9 @@ export class Form {
     $("policy").replaceChildren(...fitting.map(option));
     $("ghost").replaceChildren(new Option("none", ""), ...fitting.filter(({ name }) => name !== YOU).map(option));
     for (const name of WORDS) $(name).value = settings[name];
+    const prices = this.prices();
+    $("price").disabled = !prices;
+    if (prices) [$("price").min, $("price").max] = prices;
     for (const name of SLIDERS) {
       $(name).value = settings[name] ?? this.ownValue(name);
       this.showOutput(name);
@@ -53,10 +56,18 @@ export class Form {
     $("width_m").disabled = this.place.width_m === null;
   }
 
+  /** Return the least, most and usual price that the driver, or else the ghost, can be set to, or null. */
+  prices() {
+    const { policy, ghost } = this.settings;
+    const of = (spec) => this.policies.find(({ name }) => name === spec)?.prices;
+    return of(policy) ?? of(ghost) ?? null;
+  }
+
   /** Return where a slider stands while its setting is the place's own. */
   ownValue(name) {
     const { width_m: width, people, unyielding } = this.place;
-    return { width_m: width, people: Math.round((people[0] + people[1]) / 2), unyielding, noise: 1, latency: 0 }[name];
+    return { width_m: width, people: Math.round((people[0] + people[1]) / 2), unyielding, noise: 1, latency: 0,
+      price: this.prices()?.[2] }[name];
   }
 
   showOutput(name) {
@@ -69,6 +80,7 @@ export class Form {
       unyielding: `${Math.round(100 * value)} %`,
       noise: `${value} ×`,
       latency: `${(value * this.decision).toFixed(1)} s`,
+      price: this.prices() ? `${value} s/s` : "–",
     };
     document.querySelector(`output[for=${name}]`).textContent = texts[name];
   }

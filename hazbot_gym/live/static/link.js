@@ -1,7 +1,7 @@
 // A link to a run: its settings in the address, without those that are as usual.
 
 const USUAL = { env: "Corridor-v1", seed: 0, episode: 0, policy: "fuzzy_expert", ghost: "", tier: "tracks",
-  width_m: null, people: null, unyielding: null, noise: 1, latency: 0 };
+  width_m: null, people: null, unyielding: null, noise: 1, latency: 0, price: null };
 const WORDS = new Set(["env", "policy", "ghost", "tier"]);
 
 export const usual = () => ({ ...USUAL });
