@@ -91,7 +91,7 @@ class Session:
 
     def scene(self) -> messages.Scene:
         """Return the fixed part of the run."""
-        return view.scene_of(self.run, self.settings, self._spec, self._grid)
+        return view.scene_of(self.run, self.settings, self._grid, self._spec)
 
     # --- messages ---------------------------------------------------------------------------------
 

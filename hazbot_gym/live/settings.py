@@ -98,15 +98,20 @@ class Settings(Section):
         """Return True if only policies and episode differ."""
         return self.model_copy(update={"episode": other.episode}).is_same_scenario(other)
 
-    def command(self, policy: str) -> str:
-        """Return the command that measures a policy in the episodes up to this one."""
+    def command(self, policy: str | None = None) -> str:
+        """Return the command that measures the policy in the episodes up to this one.
+
+        Args:
+            policy: Spec of the policy at the price; default the one of these settings.
+        """
+        policy = policy or self.policy
         words = ["hazbot", "eval", "--policy", policy, "--env", self._id()]
         words += ["--episodes", str(self.episode + 1), "--seed", str(self.seed)]
         for name, value in _flat(self.overrides()):
             words += ["--set", f"{name}={value}"]
         return shlex.join(words)
 
-    def scene(self, policy: str) -> str:
+    def scene(self, policy: str | None = None) -> str:
         """Return the config of the environment as YAML, for ``config=`` of ``gymnasium.make``."""
         overrides = self.overrides()
         named = SCENARIOS[str(overrides.pop("scenario"))] if self.env in PAPER else {}

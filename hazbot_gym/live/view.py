@@ -67,7 +67,9 @@ def _place(name: str) -> messages.Choice:
     )
 
 
-def scene_of(run: Run, settings: Settings, policy: str, grid: PlumeGrid | None) -> messages.Scene:
+def scene_of(
+    run: Run, settings: Settings, grid: PlumeGrid | None, policy: str | None = None
+) -> messages.Scene:
     """Return the fixed part of a run."""
     env, config = run.env, run.env.episode_config
     place, sonar = env.world.place, config.sensors.ultrasonic
