@@ -60,6 +60,6 @@ $(READY): pyproject.toml constraints.txt
 		|| { echo "hazbot_gym needs Python 3.11 or newer, e.g. make PYTHON=python3.11"; exit 1; }
 	@echo "Setting up .venv (a few minutes, once) ..."
 	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
-	@$(BIN)/pip install -qq --no-compile -c constraints.txt torch uv
+	@$(BIN)/pip install -qq -c constraints.txt torch uv
 	@$(QUICKLY) -c constraints.txt -e ".[all,dev]" || $(BIN)/pip install -qq -c constraints.txt -e ".[all,dev]"
 	@touch $@

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import runpy
 import subprocess
 import sys
+from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -21,6 +23,21 @@ def run(script: str, *arguments: str, folder: Path) -> str:
     return done.stdout
 
 
+@pytest.fixture
+def run_here(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., str]:
+    """Return a function that runs a script in this process, which has loaded torch already."""
+
+    def run(script: str, *arguments: str) -> str:
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setattr(sys, "argv", [script, *arguments])
+        runpy.run_path(str(ROOT / script), run_name="__main__")
+        return capsys.readouterr().out
+
+    return run
+
+
 def test_a_policy_is_evaluated(tmp_path: Path) -> None:
     text = run("eval/evaluate_policy.py", "--episodes", "1", folder=tmp_path)
     assert "personal_m" in text
@@ -34,7 +51,7 @@ def test_policies_are_compared(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_ppo_is_trained_and_compared(tmp_path: Path) -> None:
+def test_ppo_is_trained_and_compared(run_here: Callable[..., str], tmp_path: Path) -> None:
     config = tmp_path / "tiny.yaml"
     config.write_text(
         "options: {n_steps: 16, batch_size: 64, n_epochs: 1}\n"
@@ -42,7 +59,7 @@ def test_ppo_is_trained_and_compared(tmp_path: Path) -> None:
         "validation: {episodes: 1}\n"
     )
     arguments = ["--config", str(config), "--steps", "64", "--worlds", "4", "--episodes", "1"]
-    text = run("train/train_ppo.py", *arguments, folder=tmp_path)
+    text = run_here("train/train_ppo.py", *arguments)
     assert "fuzzy_expert" in text
     assert (tmp_path / "results" / "train_ppo" / "policy.npz").exists()
 
@@ -66,26 +83,30 @@ def test_a_reward_term_and_people_of_one_s_own_are_trained_with(tmp_path: Path) 
 
 
 @pytest.mark.slow
-def test_a_curriculum_over_randomised_scenarios_is_trained_with(tmp_path: Path) -> None:
+def test_a_curriculum_over_randomised_scenarios_is_trained_with(
+    run_here: Callable[..., str], tmp_path: Path
+) -> None:
     config = tmp_path / "tiny.yaml"
     config.write_text(TINY)
     arguments = ["--config", str(config), "--episodes", "1"]
-    text = run("train/own_curriculum.py", *arguments, folder=tmp_path)
+    text = run_here("train/own_curriculum.py", *arguments)
     assert "from decision 0 on: 1 to 2 people" in text
     assert "from decision 64 on: 1 to" in text
     assert "fuzzy_expert: return" in text
 
 
 @pytest.mark.slow
-def test_sac_is_trained_by_hand_and_exported(tmp_path: Path) -> None:
-    text = run("train/train_sac.py", "--steps", "120", "--worlds", "2", folder=tmp_path)
+def test_sac_is_trained_by_hand_and_exported(run_here: Callable[..., str], tmp_path: Path) -> None:
+    text = run_here("train/train_sac.py", "--steps", "120", "--worlds", "2")
     assert "results/train_sac/policy.npz" in text
     assert (tmp_path / "results" / "train_sac" / "policy.md").exists()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["bc", "td3_bc"])
-def test_a_policy_is_trained_from_a_data_set(method: str, tmp_path: Path) -> None:
+def test_a_policy_is_trained_from_a_data_set(
+    method: str, run_here: Callable[..., str], tmp_path: Path
+) -> None:
     pytest.importorskip("minari")
     if method == "td3_bc" and find_spec("d3rlpy") is None:
         pytest.skip("d3rlpy is not installed")
@@ -97,7 +118,7 @@ def test_a_policy_is_trained_from_a_data_set(method: str, tmp_path: Path) -> Non
     )
 
     limits = ["--epochs", "200", "--updates", "20", "--episodes", "2", "--json", "found.json"]
-    run("train/offline.py", "half-v0", "--method", method, *limits, folder=tmp_path)
+    run_here("train/offline.py", "half-v0", "--method", method, *limits)
 
     found = read_json(tmp_path / "found.json")
     assert found["decisions"] == 8 * 40
@@ -106,9 +127,11 @@ def test_a_policy_is_trained_from_a_data_set(method: str, tmp_path: Path) -> Non
 
 
 @pytest.mark.slow
-def test_an_algorithm_of_one_s_own_is_exported_and_evaluated(tmp_path: Path) -> None:
+def test_an_algorithm_of_one_s_own_is_exported_and_evaluated(
+    run_here: Callable[..., str], tmp_path: Path
+) -> None:
     tiny = ["--generations", "2", "--actors", "8", "--worlds-each", "2", "--decisions", "20"]
-    text = run("train/own_algorithm.py", *tiny, folder=tmp_path)
+    text = run_here("train/own_algorithm.py", *tiny)
     assert "results/own_algorithm/policy.npz" in text
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import io
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -91,15 +93,28 @@ ALL = [
 ]
 
 
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], tuple[Path, Result]]:
+    """Return a function that trains a config file's run once, and gives its folder and result."""
+
+    @functools.cache
+    def run(name: str) -> tuple[Path, Result]:
+        folder = tmp_path_factory.mktemp(name)
+        return folder, train(tiny(name), folder)
+
+    return run
+
+
 @pytest.mark.parametrize("name", ALL)
-def test_every_config_trains_and_leaves_a_policy_that_drives(name: str, tmp_path: Path) -> None:
-    config = tiny(name)
-    result = train(config, tmp_path / "run")
+def test_every_config_trains_and_leaves_a_policy_that_drives(
+    name: str, trained: Callable[[str], tuple[Path, Result]]
+) -> None:
+    folder, result = trained(name)
     policy = policies.make(f"learned:{result.policy}")
-    width = result.model.observation_space.shape[0] - config.asymmetric_critic
+    width = result.model.observation_space.shape[0] - tiny(name).asymmetric_critic
     actions, _ = policy.predict(np.zeros((3, width), np.float32))
     assert actions.shape == (3, 1)
-    assert {path.name for path in (tmp_path / "run").iterdir()} >= {
+    assert {path.name for path in folder.iterdir()} >= {
         "manifest.json",
         "result.json",
         "checkpoints",
@@ -109,9 +124,12 @@ def test_every_config_trains_and_leaves_a_policy_that_drives(name: str, tmp_path
 
 @pytest.mark.parametrize("name", ALL)
 def test_an_interrupted_run_ends_with_the_weights_of_one_that_was_not(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    name: str,
+    trained: Callable[[str], tuple[Path, Result]],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    unbroken = train(tiny(name), tmp_path / "unbroken")
+    _, unbroken = trained(name)
     calls: list[Any] = []
 
     def interrupt(*arguments: Any) -> Any:
