@@ -24,6 +24,7 @@ from llvmlite import binding as llvm
 from hazbot_gym.core.hooks import Untyped
 from hazbot_gym.errors import InvalidInput
 
+OLDEST_LLVM = (20,)  # whose code has opaque pointers
 MATH = {"atan2", "cos", "erf", "exp", "log", "pow", "sin"}
 RUNTIME = {"__multi3", "__linear_memory", "__stack_pointer", "__indirect_function_table"}
 FIRST = 65536  # address of the first array; below are constants, and the stack above them
@@ -101,8 +102,11 @@ def compiled(kernels: Mapping[str, Kernel]) -> bytes:
     ``Image.arguments``.
 
     Raises:
-        InvalidInput: A kernel cannot be compiled for it; one line says why.
+        InvalidInput: A kernel cannot be compiled for it, or LLVM is too old; one line says why.
     """
+    if llvm.llvm_version_info < OLDEST_LLVM:
+        found, least = llvm.llvm_version_info[0], OLDEST_LLVM[0]
+        raise InvalidInput(f"llvmlite: given LLVM {found}, allowed is {least} or newer")
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     names = list(kernels)

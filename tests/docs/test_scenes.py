@@ -10,15 +10,23 @@ from typing import Any
 
 import numpy as np
 import pytest
+from llvmlite import binding
 
 from hazbot_gym import make_policy
+from hazbot_gym.core.jit import is_plain
 from hazbot_gym.envs.vector import CorridorVectorEnv
 from hazbot_gym.evaluation.driver import driver_of
 from hazbot_gym.evaluation.rollout import resolve
+from hazbot_gym.export.wasm import OLDEST_LLVM
 from hazbot_gym.live.run import Lead, PolicyDriver, Run
 
 pytest.importorskip("sphinx", reason="needs the extra docs")
 from scenes import FILE, SCENES, build, runs_of  # type: ignore[import-not-found]  # docs/_ext
+
+pytestmark = pytest.mark.skipif(
+    is_plain() or binding.llvm_version_info < OLDEST_LLVM,
+    reason="needs compiled kernels of LLVM 20",
+)
 
 ROOT = Path(__file__).parents[2]
 DECISIONS = 600

@@ -9,15 +9,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from llvmlite import binding
 
 from hazbot_gym.core.elementary import decay, sin_cos
 from hazbot_gym.core.jit import is_plain, lean_kernel
 from hazbot_gym.core.noise import uniform4
 from hazbot_gym.core.state import Floats, Ints
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.export.wasm import FIRST, Image, Kernel, compiled
+from hazbot_gym.export.wasm import FIRST, OLDEST_LLVM, Image, Kernel, compiled
 
-pytestmark = pytest.mark.skipif(is_plain(), reason="kernels are plain Python")
+pytestmark = pytest.mark.skipif(
+    is_plain() or binding.llvm_version_info < OLDEST_LLVM,
+    reason="needs compiled kernels of LLVM 20",
+)
 
 COUNT = 4000
 RUN = """
