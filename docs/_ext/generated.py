@@ -197,7 +197,7 @@ def browser_rates() -> str:
     chromium, machine = record["versions"]["chromium"].partition(".")[0], record["machine"]
     return (
         f"In headless Chromium {chromium} on one core of a busy machine ({machine['processor']}), "
-        f"the doorway, with {fullest['mean_people']:.1f} people on average, takes "
+        f"the doorway, with {fullest['mean_people']:.1f} people present on average, takes "
         f"{fullest['steps_per_s']:,.0f} decisions a second, where real time is 10. The file has "
         f"{record['bytes']['page'] / 1000:.0f} kB."
     )
