@@ -2,7 +2,7 @@
 
 FOLDER keeps the data sets and what is trained; runs that are there are not repeated. Writes
 ``benchmarks/offline.json``. Needs the extras ``train`` and ``datasets``, and d3rlpy as on the page;
-three quarters of an hour on one core.
+ten minutes on one core.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from hazbot_gym.utils.json_object import JsonObject
 
 ROOT = Path(__file__).parents[1]
 RECORD = ROOT / "benchmarks" / "offline.json"
-ENV, EPISODES, UPDATES = "Crossing-v1", 100, 80_000
+ENV, EPISODES, UPDATES = "Crossing-v1", 100, 5000
 POLICIES = {
     "crossing-expert-v0": "fuzzy_expert",
     "crossing-rule-v0": "velocity_obstacle:margin_m=0.2",  # tuned in benchmarks/headroom.json
