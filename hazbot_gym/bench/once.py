@@ -103,7 +103,7 @@ def memory(worlds: int, people: int, steps: int) -> Measured:
 
 
 def _traced_bytes() -> int:
-    gc.collect()  # numba 0.60 leaves cycles of types behind
+    gc.collect()  # cycles that wait for it are no growth
     return tracemalloc.get_traced_memory()[0]
 
 
