@@ -8,6 +8,7 @@ learning curves of all seeds as a picture.
 from __future__ import annotations
 
 import sys
+import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ RECORDS, IMAGES = ROOT / "benchmarks", ROOT / "docs" / "images"
 NAMES = ("learning", "ablations")
 METRICS = ("return", "delay_s", "discomfort_s", "personal_m", "arrived", "contacts_per_km")
 COLUMNS = 3
+TITLE_WIDTH = 30  # characters
 EXPERT = "fuzzy_expert"
 
 
@@ -64,11 +66,11 @@ def curves(record: dict[str, Any]) -> str:
     rules = {name: each["return"]["mean"] for name, each in policies.items() if name not in runs}
     best = max(rules, key=lambda name: rules[name])
     rows = -(-len(runs) // COLUMNS)
-    figure, axes = new(1.75 * rows + 0.4, rows, COLUMNS, sharex=True, sharey=True, squeeze=False)
+    figure, axes = new(1.85 * rows + 0.4, rows, COLUMNS, sharex=True, sharey=True, squeeze=False)
     for axis in axes.flat[len(runs) :]:
         axis.set_visible(False)
     for axis, (name, seeds) in zip(axes.flat, runs.items(), strict=False):
-        axis.set_title(name, fontsize=9, color=INK)
+        axis.set_title(textwrap.fill(name, TITLE_WIDTH), fontsize=9, color=INK)
         axis.axhline(rules[EXPERT], color=SOFT, linewidth=1.0, linestyle=":")
         axis.axhline(rules[best], color=INK, linewidth=1.0, linestyle=(0, (4, 3)))
         for k, run in enumerate(seeds):
