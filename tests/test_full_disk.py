@@ -14,6 +14,8 @@ from typer.testing import CliRunner
 
 from hazbot_gym.bench import run as bench
 from hazbot_gym.cli import app
+from hazbot_gym.study import tuning
+from hazbot_gym.study.tuning import Record, Search, tune
 from tests.refusals import says
 
 resource = pytest.importorskip("resource", reason="needs limits on the size of files")
@@ -53,11 +55,16 @@ def run(arguments: str) -> tuple[int, str]:
     return result.exit_code, result.stderr.splitlines()[-1]
 
 
+def tune_in_one_set(search: Search, *arguments: Any, **options: Any) -> Record:
+    return tune(search._replace(sets=search.sets[:1]), *arguments, **options)
+
+
 @pytest.fixture(autouse=True)
 def working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "training.yaml").write_text(TRAINING)
     (tmp_path / "study.yaml").write_text(STUDY)
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(tuning, "tune", tune_in_one_set)
     return tmp_path
 
 
