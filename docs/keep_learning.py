@@ -1,8 +1,8 @@
 """Keep a study of how PPO learns: ``python docs/keep_learning.py learning=DIR``.
 
 ``learning`` is a study with ``configs/study_crossing.yaml``, ``ablations`` one with
-``configs/study_ablations.yaml``. Writes the record of that name into ``benchmarks/`` and the
-learning curves of all seeds as a picture.
+``configs/study_ablations.yaml``, ``from_nothing`` one with ``configs/study_from_nothing.yaml``.
+Writes the record of that name into ``benchmarks/`` and the learning curves as a picture.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from hazbot_gym.paper.plot_style import BLUE, INK, SOFT, legend, new, svg
+from hazbot_gym.study import store
 from hazbot_gym.study.candidates import folder_of
 from hazbot_gym.study.headline import POOLED, scenarios_of
 from hazbot_gym.study.report import page
@@ -21,7 +22,7 @@ from hazbot_gym.utils.files import read_json, write_json, write_text
 
 ROOT = Path(__file__).parents[1]
 RECORDS, IMAGES = ROOT / "benchmarks", ROOT / "docs" / "images"
-NAMES = ("learning", "ablations")
+NAMES = ("learning", "ablations", "from_nothing")
 METRICS = ("return", "delay_s", "discomfort_s", "personal_m", "arrived", "contacts_per_km")
 COLUMNS = 3
 TITLE_WIDTH = 30  # characters
@@ -32,6 +33,8 @@ def kept(folder: Path) -> dict[str, Any]:
     """Return what the page needs of a study of one scenario set, or of several together."""
     study = page.read(folder)
     sets = study.summary["sets"]
+    rows = store.read_episodes(folder / store.EPISODES)
+    means = rows.groupby(["policy", "training_seed"])["return"].mean()
     found = sets[POOLED] if len(sets) > 1 else next(iter(sets.values()))
     return {
         "reference": study.summary["reference"],
@@ -44,7 +47,10 @@ def kept(folder: Path) -> dict[str, Any]:
             for policy, block in found.items()
         },
         "runs": {
-            learner.name: [_run(folder_of(learner, k, folder)) for k in range(learner.seeds)]
+            learner.name: [
+                _run(folder_of(learner, k, folder)) | {"return": float(means[learner.name, k])}
+                for k in range(learner.seeds)
+            ]
             for learner in study.config.learners
         },
     }

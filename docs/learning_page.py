@@ -43,6 +43,21 @@ def ablations(template: str, record: Record, *, name: str) -> str:
     return Template(template).substitute(_values(record), record=name)
 
 
+def from_nothing(template: str, record: Record, *, name: str) -> str:
+    """Return the page on PPO from nothing with many seeds; see ``page``."""
+    ((_, runs),) = record["runs"].items()
+    seconds, returns = ([run[name] for run in runs] for name in ("training_seconds", "return"))
+    expert = record["policies"][record["reference"]]["return"]["mean"]
+    return Template(template).substitute(
+        _values(record),
+        record=name,
+        median_s=f"{statistics.median(seconds):.0f}",
+        most_s=f"{max(seconds):.0f}",
+        above=sum(each > expert for each in returns),
+        lowest=f"{min(returns):.1f}",
+    )
+
+
 def _values(record: Record) -> dict[str, str]:
     return {
         "processor": record["machine"]["processor"],
