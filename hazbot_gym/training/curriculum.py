@@ -37,6 +37,9 @@ def curriculum_of(config: TrainConfig, given: Curriculum | None) -> Curriculum |
     """
     if given is None and not config.curriculum:
         return None
+    if given is not None and not callable(given):
+        allowed = "a function of the decisions and validations so far"
+        raise InvalidInput(f"curriculum: given {given!r}, allowed is {allowed}")
     if given is not None and config.curriculum:
         raise InvalidInput("curriculum: given in the config and as a function, allowed is one")
     if config.engine != "batched":

@@ -96,6 +96,12 @@ def test_a_curriculum_that_is_not_possible_is_refused(
     assert not (tmp_path / "out").exists()
 
 
+def test_what_is_no_function_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="curriculum: given 5, allowed is a function"):
+        train(TrainConfig(**RUN), tmp_path / "out", curriculum=5)  # type: ignore[arg-type]
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_function_that_returns_no_overrides_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="curriculum: given 3, allowed is a mapping"):
         train(TrainConfig(**RUN), tmp_path, curriculum=lambda *_: 3)  # type: ignore[arg-type,return-value]
