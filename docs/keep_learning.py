@@ -12,11 +12,16 @@ import textwrap
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from hazbot_gym.paper.plot_style import BLUE, INK, SOFT, legend, new, svg
 from hazbot_gym.study import store
 from hazbot_gym.study.candidates import folder_of
-from hazbot_gym.study.headline import POOLED, scenarios_of
+from hazbot_gym.study.config import StudyConfig
+from hazbot_gym.study.headline import POOLED, TEST, scenarios_of
 from hazbot_gym.study.report import page
+from hazbot_gym.study.results import SetResults
+from hazbot_gym.study.summary import summarise_set
 from hazbot_gym.training.run_folder import RESULT
 from hazbot_gym.utils.files import read_json, write_json, write_text
 
@@ -35,7 +40,7 @@ def kept(folder: Path) -> dict[str, Any]:
     sets = study.summary["sets"]
     rows = store.read_episodes(folder / store.EPISODES)
     means = rows.groupby(["policy", "training_seed"])["return"].mean()
-    found = sets[POOLED] if len(sets) > 1 else next(iter(sets.values()))
+    found = next(sets[name] for name in (POOLED, TEST, *sets) if name in sets)
     return {
         "reference": study.summary["reference"],
         "episodes": scenarios_of(found),
@@ -46,6 +51,13 @@ def kept(folder: Path) -> dict[str, Any]:
             | {"return_gain": block["return_gain"]}
             for policy, block in found.items()
         },
+        "gains": {
+            rule: {
+                learner.name: compared[learner.name]["return_gain"]
+                for learner in study.config.learners
+            }
+            for rule, compared in _compared(study.config, rows).items()
+        },
         "runs": {
             learner.name: [
                 _run(folder_of(learner, k, folder)) | {"return": float(means[learner.name, k])}
@@ -53,6 +65,14 @@ def kept(folder: Path) -> dict[str, Any]:
             ]
             for learner in study.config.learners
         },
+    }
+
+
+def _compared(study: StudyConfig, rows: pd.DataFrame) -> dict[str, SetResults]:
+    """Return the results of all policies together, with each rule in turn as the reference."""
+    return {
+        rule: summarise_set(rows, study.model_copy(update={"reference": rule}))
+        for rule in study.policies
     }
 
 

@@ -45,7 +45,7 @@ def ablations(template: str, record: Record, *, name: str) -> str:
 
 def from_nothing(template: str, record: Record, *, name: str) -> str:
     """Return the page on PPO from nothing with many seeds; see ``page``."""
-    ((_, runs),) = record["runs"].items()
+    ((learner, runs),) = record["runs"].items()
     seconds, returns = ([run[name] for run in runs] for name in ("training_seconds", "return"))
     expert = record["policies"][record["reference"]]["return"]["mean"]
     return Template(template).substitute(
@@ -55,6 +55,9 @@ def from_nothing(template: str, record: Record, *, name: str) -> str:
         most_s=f"{max(seconds):.0f}",
         above=sum(each > expert for each in returns),
         lowest=f"{min(returns):.1f}",
+        gains=", ".join(
+            f"`{rule}` {_interval(gain[learner])}" for rule, gain in record["gains"].items()
+        ),
     )
 
 
