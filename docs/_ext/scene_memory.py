@@ -13,7 +13,6 @@ from hazbot_gym.config import Config, Drive
 from hazbot_gym.core.fuzzy_pid import gain_table
 from hazbot_gym.core.gas_sensor import gas_sensor_of, nose_of
 from hazbot_gym.core.place_table import PlaceTable
-from hazbot_gym.core.ssm import SsmThresholds
 from hazbot_gym.core.state import PERSON, as_record, records
 from hazbot_gym.envs.batch_arrays import arrays_of
 from hazbot_gym.envs.batch_step import NEXT_STEP, Problem, run_worlds
@@ -24,9 +23,7 @@ from hazbot_gym.export.wasm import Argument, Image, Kernel
 from hazbot_gym.live import kernels as own
 from hazbot_gym.policies.fuzzy_expert import PERSON_FIELDS, FuzzyExpert
 from hazbot_gym.policies.people_rule import with_slots
-from hazbot_gym.policies.people_seen import RADII_M
 from hazbot_gym.policies.person_columns import columns_of
-from hazbot_gym.policies.ssm import Ssm
 from hazbot_gym.policies.undo_lag import UndoLag
 from hazbot_gym.sim.batched_worlds import GROUP
 from hazbot_gym.sim.walkers import make_workspace
@@ -96,12 +93,11 @@ class SceneMemory:
     def _kernels(self) -> dict[str, Kernel]:
         layout, actions = layout_in(self.config), self._room[1]
         worlds, (seen, *_) = self._arrays.worlds, self._arrays.outputs
-        rule, network = _learned(layout)
         hand = self._hand, worlds.people, worlds.places, self._problem.table.places
         found = {
             "run_worlds": Kernel(run_worlds, self._call(self._problem)),
             "follow_expert": Kernel(own.follow_expert, (seen, _expert(layout), actions)),
-            "follow_network": Kernel(own.follow_network, (seen, rule, network, actions)),
+            "follow_network": Kernel(own.follow_network, (seen, _learned(layout), actions)),
             "lead": Kernel(own.lead, hand),
             "let_go": Kernel(own.let_go, hand),
         }
@@ -214,20 +210,13 @@ def _inspection(layout: Layout) -> own.Inspection:
     return own.Inspection(np.array(at), units, rule.level, rule.slow, rule.lag_s)
 
 
-def _learned(layout: Layout) -> tuple[own.Separation, own.Network]:
-    """Return rule and network of the shipped policy."""
+def _learned(layout: Layout) -> own.Network:
+    """Return the network of the shipped policy."""
     plan = _plan()
-    assert isinstance(plan.rule, Ssm)
-    assert plan.scale is not None
-    ssm, columns = SsmThresholds(), columns_of(plan.layout, ("present", "distance_m"))
-    rule = own.Separation(
-        columns.entries, float(columns.units[0, 1]), RADII_M, plan.rule.margin_m,
-        ssm.approach_mps * ssm.reaction_s, ssm.intrusion_m, ssm.uncertainty_m,
-        ssm.braking_mps2 * ssm.reaction_s + ssm.approach_mps, ssm.braking_mps2, plan.nominal_mps,
-    )  # fmt: skip
+    assert plan.rule is None  # a rule that it corrects would need a kernel, too
     entries = np.array([layout.names.index(name) for name in plan.layout.names])
     seen = np.zeros((1, entries.size), np.float32)
-    return rule, own.Network(plan.scale, entries, seen, *_layers())
+    return own.Network(entries, seen, *_layers())
 
 
 @cache

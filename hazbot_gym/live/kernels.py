@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 
 from hazbot_gym.core.fuzzy import SpeedRules
-from hazbot_gym.core.geometry import clip
 from hazbot_gym.core.jit import lean_kernel, scalar
 from hazbot_gym.core.place_table import PlaceTable, place_at
 from hazbot_gym.core.state import PRESENT, Floats, Ints, Records
@@ -43,25 +42,9 @@ class Inspection(NamedTuple):
     lag_s: float
 
 
-class Separation(NamedTuple):
-    """The rule ``ssm:mode=strict``, in the terms of ``permitted_speed``."""
-
-    entries: Ints  # (K, 2) of presence and distance
-    distance_unit: float
-    radii_m: float
-    margin_m: float
-    approach_m: float
-    intrusion_m: float
-    uncertainty_m: float
-    b: float
-    braking_mps2: float
-    nominal_mps: float
-
-
 class Network(NamedTuple):
-    """A network of three layers that corrects a rule, with room for what they answer (1, ...)."""
+    """A network of three layers (``Actor``), with room for what they answer (1, ...)."""
 
-    scale: float
     entries: Ints  # that it reads
     seen: Floats32
     weight_1: Floats32
@@ -129,10 +112,8 @@ def inspect_slowly(
 
 
 @lean_kernel
-def follow_network(
-    observation: Observations, rule: Separation, network: Network, actions: Floats
-) -> None:
-    """Write the action of a rule that a network corrects (``Residual``)."""
+def follow_network(observation: Observations, network: Network, actions: Floats) -> None:
+    """Write the action of a network (``TrainedActor``)."""
     for k in range(network.entries.shape[0]):
         network.seen[0, k] = observation[0, network.entries[k]]
     map_rows(network.seen, network.weight_1, network.bias_1, network.out_1)
@@ -140,8 +121,7 @@ def follow_network(
     map_rows(network.out_1, network.weight_2, network.bias_2, network.out_2)
     _rectify(network.out_2)
     map_rows(network.out_2, network.weight_3, network.bias_3, network.out_3)
-    correction = np.float32(network.scale) * _clipped(network.out_3[0, 0])
-    actions[0] = _clipped(_action(_permitted_share(network.seen, rule)) + correction)
+    actions[0] = _clipped(network.out_3[0, 0])
 
 
 @scalar
@@ -153,23 +133,6 @@ def _clipped(action: np.float32) -> np.float32:
 def _rectify(rows: Floats32) -> None:
     for k in range(rows.shape[1]):
         rows[0, k] = max(rows[0, k], np.float32(0.0))
-
-
-@scalar
-def _permitted_share(observation: Observations, rule: Separation) -> float:
-    """Return the smallest permitted share of the nominal speed over all people (``Ssm``)."""
-    share = 1.0
-    for k in range(rule.entries.shape[0]):
-        if observation[0, rule.entries[k, 0]] > 0.5:
-            distance_m = observation[0, rule.entries[k, 1]] * rule.distance_unit
-            clearance_m = distance_m - rule.radii_m - rule.margin_m
-            spare_m = clearance_m - rule.approach_m - rule.intrusion_m - rule.uncertainty_m
-            permitted_mps = 0.0
-            if spare_m > 0.0:
-                squared = rule.b * rule.b + 2.0 * rule.braking_mps2 * spare_m
-                permitted_mps = np.sqrt(squared) - rule.b
-            share = min(share, clip(permitted_mps / rule.nominal_mps, 0.0, 1.0))
-    return share
 
 
 # --- gas -----------------------------------------------------------------------------------------
