@@ -91,8 +91,8 @@ def _cases(folder: Path) -> Iterator[tuple[str, str, str]]:
     """Yield name, spec and tier of each case; random networks are written into the folder."""
     for tier in ("tracks", "sonar"):
         yield f"`fuzzy_expert`, {tier}", "fuzzy_expert", tier
-    for tier in ("tracks", "sonar"):
-        yield f"`ppo`, {tier}: {LAYOUTS[tier].width}-96-96-1 on `ssm:mode=strict`", "ppo", tier
+    for tier, base in (("tracks", ""), ("sonar", " on `ssm:mode=strict`")):
+        yield f"`ppo`, {tier}: {LAYOUTS[tier].width}-96-96-1{base}", "ppo", tier
     mlp, lstm = folder / "mlp.npz", folder / "lstm.npz"
     yield "MLP, sonar: 12-64-64-1, tanh", f"learned:path={_random(mlp, (64, 64))}", "sonar"
     yield "LSTM, sonar: 12-LSTM 64-1", f"learned:path={_random(lstm, (), lstm=64)}", "sonar"
