@@ -29,7 +29,7 @@ ROOT = Path(__file__).parents[1]
 RECORDS, IMAGES = ROOT / "benchmarks", ROOT / "docs" / "images"
 NAMES = ("learning", "ablations", "from_nothing")
 METRICS = ("return", "delay_s", "discomfort_s", "personal_m", "arrived", "contacts_per_km")
-COLUMNS = 3
+COLUMNS, LEAST_HEIGHT_IN = 3, 3.2
 TITLE_WIDTH = 30  # characters
 EXPERT = "fuzzy_expert"
 
@@ -91,8 +91,10 @@ def curves(record: dict[str, Any]) -> str:
     runs, policies = record["runs"], record["policies"]
     rules = {name: each["return"]["mean"] for name, each in policies.items() if name not in runs}
     best = max(rules, key=lambda name: rules[name])
-    rows = -(-len(runs) // COLUMNS)
-    figure, axes = new(1.85 * rows + 0.4, rows, COLUMNS, sharex=True, sharey=True, squeeze=False)
+    columns = min(COLUMNS, len(runs))
+    rows = -(-len(runs) // columns)
+    height_in = max(1.85 * rows + 0.4, LEAST_HEIGHT_IN)
+    figure, axes = new(height_in, rows, columns, sharex=True, sharey=True, squeeze=False)
     for axis in axes.flat[len(runs) :]:
         axis.set_visible(False)
     for axis, (name, seeds) in zip(axes.flat, runs.items(), strict=False):

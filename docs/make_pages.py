@@ -69,6 +69,7 @@ PAGES = (
     Page("datasets", offline_page.page, RECORDS / "offline.json"),
     Page("coverage", coverage_page.page, RECORDS / "coverage.json"),
     Page("learning", learning_page.page, RECORDS / "learning.json"),
+    Page("from_nothing", learning_page.from_nothing, RECORDS / "from_nothing.json"),
     Page("ablations", learning_page.ablations, RECORDS / "ablations.json"),
     Page("study", study_report.page, STUDY),
     Page("study_tables", study_report.page, STUDY),
