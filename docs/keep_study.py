@@ -1,9 +1,8 @@
 """Keep a study for the documentation: ``python docs/keep_study.py shipped=DIR``.
 
 ``shipped`` is the study that trained the shipped policy (``configs/study_from_rules.yaml``),
-``shield`` that of its contacts without and with a shield (``configs/study_shield.yaml``). The parts
-tracks, sonar, observations, contacts and people are the study of the first version (docs/study.md),
-until it is run again. Parts not given stay as they are.
+``shield`` that of its contacts without and with a shield (``configs/study_shield.yaml``). A part
+not given stays as it is.
 """
 
 from __future__ import annotations
@@ -11,68 +10,57 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from study_record import TIERS, Record, record_of, small_record_of
-from study_report import EXPERT, LEARNED
+from study_report import LEARNED, TIERS
 
+from hazbot_gym.evaluation.metrics import HEADLINE
+from hazbot_gym.evaluation.prices import RETURNS
 from hazbot_gym.study import store
-from hazbot_gym.study.candidates import TUNED
 from hazbot_gym.study.report import page
+from hazbot_gym.study.results import Summary
 from hazbot_gym.study.summary import summarise_set
 from hazbot_gym.utils.files import read_json, write_json
+from hazbot_gym.utils.json_object import JsonObject
 
 RECORD = Path(__file__).parents[1] / "benchmarks" / "study.json"
+EXPERT = "fuzzy_expert"
+KEPT = dict.fromkeys((*HEADLINE, *RETURNS, "contact_robot_caused", "ssm_violation"))
 
 
-def kept(folder: Path) -> Record:
-    """Return the record of the study in a folder."""
-    study = page.read(folder)
-    tuned = {family: read_json(folder / TUNED / f"{family}.json") for family in study.config.tuned}
-    return record_of(
-        {
-            "summary": study.summary,
-            "manifest": study.manifest,
-            "sessions": study.sessions,
-            "trainings": [each._asdict() for each in study.trainings],
-            "policies": list(study.config.names),
-            "shown": list(study.config.shown_names),
-            "tuned": {
-                f"{family}, tuned": {
-                    "policy": found["best"]["policy"],
-                    "at_a_bound": found["at_a_bound"],
+def record_of(summary: Summary) -> JsonObject:
+    """Return what the pages need of a study's summary."""
+    return {
+        "study": summary["study"],
+        "reference": summary["reference"],
+        "sets": {
+            name: {
+                policy: {
+                    "episodes": found["episodes"],
+                    "training_seeds": found["training_seeds"],
+                    "metrics": {metric: found["metrics"][metric] for metric in KEPT},
+                    "return_gain": found["return_gain"],
                 }
-                for family, found in tuned.items()
-            },
-        }
-    )
+                for policy, found in policies.items()
+            }
+            for name, policies in summary["sets"].items()
+        },
+    }
 
 
-def kept_small(folder: Path) -> Record:
-    """Return the record of a study in which nobody is tuned or trained."""
-    return small_record_of(page.read(folder).summary)
-
-
-def kept_shipped(folder: Path) -> Record:
+def shipped(folder: Path) -> JsonObject:
     """Return the record of the study of the shipped policy, with its gain over the expert, too."""
-    study = page.read(folder).config.model_copy(update={"reference": EXPERT})
-    found = summarise_set(store.read_episodes(folder / store.EPISODES), study)
-    return kept_small(folder) | {"over_expert": found[LEARNED]["return_gain"]}
+    study = page.read(folder)
+    config = study.config.model_copy(update={"reference": EXPERT})
+    found = summarise_set(store.read_episodes(folder / store.EPISODES), config)
+    return record_of(study.summary) | {"over_expert": found[LEARNED]["return_gain"]}
 
 
-def kept_tiers(folder: Path) -> Record:
-    """Return the record of the same study on several tiers: each tier's sets together."""
-    record = kept_small(folder)
+def shield(folder: Path) -> JsonObject:
+    """Return the record of the study of the shield: the sets of each tier together."""
+    record = record_of(page.read(folder).summary)
     return record | {"sets": {tier: record["sets"][tier] for tier in TIERS}}
 
 
-PARTS = {
-    "tracks": kept,
-    "sonar": kept,
-    "observations": kept,
-    "contacts": kept_small,
-    "people": kept_small,
-    "shipped": kept_shipped,
-    "shield": kept_tiers,
-}
+PARTS = {"shipped": shipped, "shield": shield}
 
 if __name__ == "__main__":
     folders = dict(argument.split("=", 1) for argument in sys.argv[1:])

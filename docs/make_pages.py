@@ -71,8 +71,6 @@ PAGES = (
     Page("learning", learning_page.page, RECORDS / "learning.json"),
     Page("from_nothing", learning_page.from_nothing, RECORDS / "from_nothing.json"),
     Page("ablations", learning_page.ablations, RECORDS / "ablations.json"),
-    Page("study", study_report.page, STUDY),
-    Page("study_tables", study_report.page, STUDY),
     Page("paper", paper_page.page, PAPER, {"calibration": CALIBRATION}),
     Page("paper_tables", paper_page.page, PAPER, {"calibration": CALIBRATION}),
 )
@@ -83,14 +81,12 @@ README, END = ROOT / "README.md", "<!-- end -->"
 
 def tables() -> dict[Path, str]:
     """Return the tables in CSV that pages offer, by path."""
-    study, paper = read_json(STUDY), read_json(PAPER)
-    found: dict[str, str] = {
-        f"study-v0-{part}": study_report.csv_of(study[part]["together"])
-        for part in ("tracks", "sonar", "observations")
+    paper = read_json(PAPER)
+    found = {
+        "study-shipped": study_report.csv_of(read_json(STUDY)["shipped"]["sets"]),
+        "paper-lines": paper_page.csv_of_lines(paper),
+        "paper-numbers": paper_page.csv_of_numbers(paper),
     }
-    found["study-shipped"] = study_report.csv_of(study["shipped"]["sets"])
-    found |= {"paper-lines": paper_page.csv_of_lines(paper)}
-    found |= {"paper-numbers": paper_page.csv_of_numbers(paper)}
     return {TABLES / f"{name}.csv": text for name, text in found.items()}
 
 

@@ -262,7 +262,7 @@ def study_file(folder: Path, rng: random.Random) -> None:
 
 def damaged_study_file(folder: Path, rng: random.Random) -> None:
     file = folder / "study.yaml"
-    file.write_bytes(damaged((CONFIGS / "study_people.yaml").read_bytes(), rng))
+    file.write_bytes(damaged((CONFIGS / "study_bank.yaml").read_bytes(), rng))
     load_study(file).identity()
 
 

@@ -34,6 +34,7 @@ from hazbot_gym.policies.base import REGISTER
 from hazbot_gym.task import reward
 from hazbot_gym.task.observation import GAS_FIELDS, markdown_table
 from hazbot_gym.utils.files import read_json
+from hazbot_gym.utils.json_object import JsonObject
 
 LINE = re.compile(r"<!-- made: (\w+)((?: [\w.:-]+)*) -->")
 BOUNDS = {"Ge": ">=", "Gt": ">", "Le": "<=", "Lt": "<"}  # of annotated types
@@ -155,24 +156,9 @@ def scenario_list() -> str:
     return ", ".join(f"`{name}`" for name in SCENARIOS)
 
 
-def shipped_table() -> str:
-    """Return the headline of the study of the shipped policy, as the README has it."""
-    return study_report.shipped_table(read_json(results.RECORDS / "study.json"))
-
-
-def shield_table() -> str:
-    """Return contacts of the shipped policy without and with a shield."""
-    return study_report.shield_table(read_json(results.RECORDS / "study.json"))
-
-
-def shipped_prices() -> str:
-    """Return the returns of the same drives at several prices of discomfort."""
-    return study_report.shipped_prices(read_json(results.RECORDS / "study.json"))
-
-
-def shipped_gain() -> str:
-    """Return the gain of the shipped policy, as the README has it."""
-    return study_report.shipped_gain(read_json(results.RECORDS / "study.json"))
+def of_study(make: Callable[[JsonObject], str]) -> Callable[[], str]:
+    """Return a maker of what the studies of the shipped policy show."""
+    return lambda: make(read_json(results.RECORDS / "study.json"))
 
 
 def results_figure(name: str, *words: str) -> str:
@@ -376,18 +362,22 @@ MAKERS: dict[str, Callable[..., str]] = {
         animation,
         reward_table,
         scenario_list,
-        shipped_table,
-        shipped_prices,
-        shipped_gain,
         robots_stuck,
         robots_table,
         browser_rates,
-        shield_table,
         results_figure,
         policy_table,
         policy_classes,
         fields,
         command_sections,
+    )
+} | {
+    make.__name__: of_study(make)
+    for make in (
+        study_report.shipped_table,
+        study_report.shipped_prices,
+        study_report.shipped_gain,
+        study_report.shield_table,
     )
 }
 

@@ -9,64 +9,22 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 from sphinx.application import Sphinx
+from study_report import LEARNED
 
 from hazbot_gym.utils.files import read_json
 
 FOLDER = "_results"
 RECORDS = Path(__file__).parents[2] / "benchmarks"
 INKS = {"light": "#22282e", "dark": "#d3d8dc"}
-RULES, CORRECTED, SCRATCH, IMITATED = "rules", "PPO correcting a rule", "from scratch", "imitation"
-HUES = {  # of the report's palette, in a light and a dark shade
-    RULES: ("#0067a5", "#5fb2e6"),
-    CORRECTED: ("#b83a00", "#ff8a4c"),
-    SCRATCH: ("#8a3c8f", "#d58fda"),
-    IMITATED: ("#00785a", "#4cc7a4"),
-}
-MARKS = {RULES: "o", CORRECTED: "D", SCRATCH: "^", IMITATED: "s"}
-NAMED = {  # policies with their names in the figure, and where these begin in OLD_AXES
-    "fuzzy_expert, tuned": (1.455, 0.062),
-    "ssm, tuned": (1.335, 0.062),
-    "ttc, tuned": (1.415, 0.0075),
-    "velocity_obstacle, tuned": (1.472, 0.0155),
-    "mpc, tuned": (1.295, 0.038),
-    "ssm:mode=strict": (1.262, 0.17),
-    "ssm:mode=directional": (1.285, 1.75),
-    "residual ppo on ssm": (1.27, 0.0245),
-    "residual ppo on ssm, careful": (1.3, 0.0145),
-    "ppo from nothing": (1.47, 0.27),
-}
-SPAN = (1.21, 1.56)  # of time ratios shown; the best constant speed lies beyond
+STYLES = (  # marks and hues of the report's palette, in a light and a dark shade
+    ("o", ("#0067a5", "#5fb2e6")),
+    ("D", ("#b83a00", "#ff8a4c")),
+    ("^", ("#8a3c8f", "#d58fda")),
+    ("s", ("#00785a", "#4cc7a4")),
+)
 AXES = {"delay_s": "delay, s", "discomfort_s": "discomfort, s"}
-OLD_AXES = {"time_ratio": "time ratio", "kinetic_intrusion_m2": "kinetic intrusion, m²"}
-SETS = {
-    "test": "test scenarios",
-    "ood/faster": "faster people",
-    "ood/narrow": "narrow corridor",
-    "ood/delay": "delayed commands",
-    "ood/places": "other places",
-    "ood/sensors": "noisy sensors",
-    "ood/blind": "people who do not notice",
-    "exact": "people who do not react",
-}
-SHOWN = {
-    "fuzzy_expert, tuned": RULES,
-    "velocity_obstacle, tuned": IMITATED,
-    "ssm, tuned": SCRATCH,
-    "residual ppo on ssm": CORRECTED,
-}
 WHERE = {"front": "in front of the person", "side": "at the side", "behind": "behind"}
 WORLDS = re.compile(r"batched, (\d+) worlds, (\d+) people$")
-
-
-def kind_of(policy: str) -> str:
-    """Return what sort of policy this is."""
-    if policy.startswith("residual"):
-        return CORRECTED
-    if policy in ("behaviour cloning", "dagger", "ppo from the expert", "ppo from rules"):
-        return IMITATED
-    if policy in ("dqn", "sac", "td3", "tqc", "ppo from nothing", "ppo-lagrangian"):
-        return SCRATCH
-    return RULES
 
 
 def _axes(title_x: str, title_y: str, height_in: float = 4.2) -> tuple[Figure, Any]:
@@ -79,49 +37,15 @@ def _axes(title_x: str, title_y: str, height_in: float = 4.2) -> tuple[Figure, A
     return figure, axes
 
 
-def trade_off(study: dict[str, Any], shade: int) -> Figure:
-    """Draw delay against discomfort, a point for each policy with its intervals."""
-    policies = study["together"]["test"]
-    is_old = "delay_s" not in next(iter(policies.values()))["metrics"]
-    shown = OLD_AXES if is_old else AXES
-    title_x, title_y = (f"{title} (less is better)" for title in shown.values())
-    figure, axes = _axes(title_x, title_y, 5)
-    axes.set_yscale("log")
-    if is_old:
-        axes.set_xlim(*SPAN)
-    seen = set()
-    for policy, found in policies.items():
-        x, y = (found["metrics"][name] for name in shown)
-        if policy.startswith("ablation") or (is_old and x["mean"] > SPAN[1]):
-            continue
-        kind = kind_of(policy)
-        axes.errorbar(
-            x["mean"], y["mean"], fmt=MARKS[kind], color=HUES[kind][shade], markersize=6,
-            xerr=[[x["mean"] - x["low"]], [x["high"] - x["mean"]]], elinewidth=1, alpha=0.9,
-            yerr=[[y["mean"] - y["low"]], [y["high"] - y["mean"]]],
-            label=None if kind in seen else kind,
-        )  # fmt: skip
-        seen.add(kind)
-        if policy in NAMED:
-            axes.annotate(
-                policy, (x["mean"], y["mean"]), fontsize=8,
-                xytext=NAMED[policy] if is_old else (14, 8),
-                textcoords="data" if is_old else "offset points",
-                arrowprops={"arrowstyle": "-", "color": "#8a9299", "lw": 0.7, "shrinkB": 4},
-            )  # fmt: skip
-    axes.legend(frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncols=4, fontsize=9)
-    return figure
-
-
 def shipped(study: dict[str, Any], shade: int) -> Figure:
     """Draw delay against discomfort of learned policies and rules, with their intervals."""
     title_x, title_y = (f"{title} (less is better)" for title in AXES.values())
     figure, axes = _axes(title_x, title_y)
     for policy, found in study["sets"]["test"].items():
-        kind = kind_of(policy)
+        mark, hues = STYLES[policy == LEARNED]
         x, y = (found["metrics"][name] for name in AXES)
         axes.errorbar(
-            x["mean"], y["mean"], fmt=MARKS[kind], color=HUES[kind][shade], elinewidth=1,
+            x["mean"], y["mean"], fmt=mark, color=hues[shade], elinewidth=1,
             xerr=[[x["mean"] - x["low"]], [x["high"] - x["mean"]]],
             yerr=[[y["mean"] - y["low"]], [y["high"] - y["mean"]]],
         )  # fmt: skip
@@ -129,24 +53,6 @@ def shipped(study: dict[str, Any], shade: int) -> Figure:
             policy, (x["mean"], y["mean"]), fontsize=8, xytext=(6, 5), textcoords="offset points"
         )
     axes.margins(x=0.15)
-    return figure
-
-
-def elsewhere(study: dict[str, Any], shade: int) -> Figure:
-    """Draw the return of four policies in the test scenarios and in all others."""
-    figure, axes = _axes("return (more is better)", "", 4.6)
-    axes.grid(axis="y", alpha=0)
-    for k, (policy, hue) in enumerate(SHOWN.items()):
-        for row, name in enumerate(SETS):
-            value = study["together"][name][policy]["metrics"]["return"]
-            axes.errorbar(
-                value["mean"], row + 0.17 * (k - 1.5), fmt=MARKS[hue], markersize=5,
-                color=HUES[hue][shade], label=policy if row == 0 else None,
-                xerr=[[value["mean"] - value["low"]], [value["high"] - value["mean"]]],
-            )  # fmt: skip
-    axes.set_yticks(range(len(SETS)), list(SETS.values()))
-    axes.invert_yaxis()
-    axes.legend(frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncols=2)
     return figure
 
 
@@ -159,9 +65,9 @@ def rates(bench: dict[str, Any], shade: int) -> Figure:
     for name, case in bench["cases"].items():
         if found := WORLDS.match(name):
             lines.setdefault(int(found[2]), []).append((int(found[1]), case["steps_per_s"]))
-    for hue, (people, points) in zip(HUES, sorted(lines.items()), strict=False):
+    for (mark, hues), (people, points) in zip(STYLES, sorted(lines.items()), strict=False):
         x, y = zip(*sorted(points), strict=True)
-        axes.plot(x, y, f"{MARKS[hue]}-", color=HUES[hue][shade], label=f"{people} people")
+        axes.plot(x, y, f"{mark}-", color=hues[shade], label=f"{people} people")
     axes.axhline(bench["CartPole-v1"]["steps_per_s"], ls="--", color="#8a9299", label="CartPole-v1")
     axes.set_xticks(x, [f"{worlds:,}" for worlds in x])
     axes.legend(frameon=False)
@@ -174,8 +80,8 @@ def discomfort(record: dict[str, Any], shade: int) -> Figure:
     x = [row["distance_m"] for row in record["grid"]]
     bins = [row for row in record["bins"] if row["low_m"] is not None]
     floor = record["curve"]["floor"]
-    for hue, direction in zip(HUES, WHERE, strict=False):
-        color = HUES[hue][shade]
+    for (mark, hues), direction in zip(STYLES, WHERE, strict=False):
+        color = hues[shade]
         values, low, high = (
             [floor + (1.0 - floor) * each for each in line]
             for line in zip(
@@ -186,7 +92,7 @@ def discomfort(record: dict[str, Any], shade: int) -> Figure:
         axes.plot(x, values, color=color, label=f"robot {WHERE[direction]}")
         axes.fill_between(x, low, high, color=color, alpha=0.15, lw=0)
         middle = [(row["low_m"] + row["high_m"]) / 2 for row in bins]
-        axes.plot(middle, [row[direction] for row in bins], MARKS[hue], color=color, markersize=5)
+        axes.plot(middle, [row[direction] for row in bins], mark, color=color, markersize=5)
     axes.legend(frameon=False)
     return figure
 
@@ -196,12 +102,12 @@ def encounters(record: dict[str, Any], shade: int) -> Figure:
     figure, axes = _axes("closest distance between centers, p10 to p90 and median, m", "")
     groups = [row for row in record["groups"] if not row["fitted_on"]]
     sides = {"recorded": "recorded", "model": "fitted model", "published": "published constants"}
-    for place, (hue, (side, label)) in enumerate(zip(HUES, sides.items(), strict=False)):
+    for place, ((mark, hues), (side, label)) in enumerate(zip(STYLES, sides.items(), strict=False)):
         y = [k + 0.24 * (place - 1) for k in range(len(groups))]
         low, middle, high = zip(*(row[side][:3] for row in groups), strict=True)
-        color = HUES[hue][shade]
+        color = hues[shade]
         axes.hlines(y, low, high, color=color, lw=2)
-        axes.plot(middle, y, MARKS[hue], color=color, markersize=5, label=label)
+        axes.plot(middle, y, mark, color=color, markersize=5, label=label)
     names = [f"{row['scenario'].replace('_', ' ')}, {row['robot']}" for row in groups]
     axes.set_yticks(range(len(groups)), names)
     axes.invert_yaxis()
@@ -211,8 +117,6 @@ def encounters(record: dict[str, Any], shade: int) -> Figure:
 
 FIGURES = {
     "shipped": (shipped, "study", "shipped"),
-    "trade-off": (trade_off, "study", "tracks"),
-    "elsewhere": (elsewhere, "study", "tracks"),
     "rates": (rates, "bench", ""),
     "encounters": (encounters, "encounters", ""),
     "discomfort": (discomfort, "discomfort", ""),

@@ -43,7 +43,7 @@ def test_two_of_many_trained_policies_and_both_experts_are_shown_first() -> None
     ]
 
 
-@pytest.mark.parametrize("name", ["study.yaml", "study_full.yaml", "study_full_sonar.yaml"])
+@pytest.mark.parametrize("name", ["study.yaml", "study_full.yaml"])
 def test_few_policies_are_shown_by_default_and_all_of_them_in_plots(name: str) -> None:
     study = load_study(CONFIGS / name)
     found = default_policies(block(study, {}), study)

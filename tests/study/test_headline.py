@@ -20,7 +20,7 @@ def test_quick_and_full_study_pool_the_same_environments() -> None:
     title, quick = headline_sets(load_study(CONFIGS / "study.yaml"))
     assert title == IN_DISTRIBUTION
     assert sorted(quick) == sorted(FAMILIES)
-    for name in ("study_full.yaml", "study_full_sonar.yaml", "study_bank.yaml"):
+    for name in ("study_full.yaml", "study_bank.yaml"):
         study = load_study(CONFIGS / name)
         title, sets = headline_sets(study)
         assert title == "test"
