@@ -1,4 +1,4 @@
-"""The pages on performance, training speed, headroom and people, from their committed records."""
+"""The pages on performance, headroom and people, from their committed records."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from table_text import markdown_table as table
 from hazbot_gym.bench import export as exports
 from hazbot_gym.bench import latency
 from hazbot_gym.bench import report as bench
-from hazbot_gym.bench import training_report as training
 from hazbot_gym.bench.cases import CORRIDOR, batched
 from hazbot_gym.calibration import discomfort_report, encounters_report
 from hazbot_gym.calibration import report as calibration
@@ -55,17 +54,6 @@ def readme_speed(record: Record) -> str:
         f"{rate.partition(' (')[0]} steps a second in one environment ({ratio} of CartPole-v1's in "
         f"the same run), {many.partition(' (')[0]} in\na batch of 1024 with four people each "
         f"({times} times one CartPole-v1), on {machine['cores']} cores of {machine['processor']}."
-    )
-
-
-def training_speed(template: str, record: Record, *, name: str) -> str:
-    """Return the page on training speed; arguments as for ``performance``."""
-    return Template(template).substitute(
-        record["machine"],
-        record=name,
-        episodes=record["episodes"],
-        goals=table(training.GOALS, list(training.goal_rows(record))),
-        runs=table(training.run_titles(record), list(training.run_rows(record))),
     )
 
 

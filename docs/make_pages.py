@@ -62,7 +62,6 @@ PAGES = (
     Page("people", benchmark_pages.people, CALIBRATION),
     Page("discomfort", benchmark_pages.discomfort, RECORDS / "discomfort.json"),
     Page("encounters", benchmark_pages.encounters, RECORDS / "encounters.json"),
-    Page("training", benchmark_pages.training_speed, RECORDS / "training.json"),
     Page("robot", benchmark_pages.robot, RECORDS / "latency.json"),
     Page("export", benchmark_pages.export, RECORDS / "export.json"),
     Page("cluster", cluster_page.page, RECORDS / "cluster.json"),

@@ -14,15 +14,14 @@ Record = JsonObject
 
 GOALS = ("run", "goal", "", "measured")
 
-# Metrics of a record, and their titles. Older records have time ratio and kinetic intrusion.
 METRICS = {
     "delay_s": "delay, s",
     "discomfort_s": "discomfort, s",
-    "time_ratio": "time ratio",
-    "kinetic_intrusion_m2": "kinetic intrusion, m²",
     "return": "return",
     "arrived_percent": "arrived, %",
 }
+ANSWERS = ("dominated by the expert", "return above the expert's")
+RUNS = ("run", "seed", "seconds", *METRICS.values(), *ANSWERS)
 
 
 def table(record: Record) -> Group:
@@ -30,7 +29,7 @@ def table(record: Record) -> Group:
     machine = record["machine"]
     return Group(
         console_table(GOALS, list(goal_rows(record))),
-        console_table(run_titles(record), list(run_rows(record))),
+        console_table(RUNS, list(run_rows(record))),
         f"{machine['processor']}, {machine['cores']} cores, "
         f"load {record['load_before']:.1f} before",
     )
@@ -41,14 +40,6 @@ def goal_rows(record: Record) -> Iterator[tuple[str, ...]]:
     for name, found in record["runs"].items():
         for row in report.goal_rows(found):
             yield name, *row
-
-
-def run_titles(record: Record) -> tuple[str, ...]:
-    """Return the titles of ``run_rows``."""
-    found = next(iter(record["runs"].values()))["expert"]
-    metrics = (title for name, title in METRICS.items() if name in found)
-    answers = ("dominated by the expert", "return above the expert's")
-    return ("run", "seed", "seconds", *metrics, *answers)
 
 
 def run_rows(record: Record) -> Iterator[tuple[str, ...]]:
@@ -62,7 +53,7 @@ def run_rows(record: Record) -> Iterator[tuple[str, ...]]:
 
 
 def _metrics(metrics: Record) -> Iterator[str]:
-    for name in filter(metrics.__contains__, METRICS):
+    for name in METRICS:
         mean, low, high = (shown(metrics[name][each]) for each in ("mean", "low", "high"))
         yield f"{mean} ({low} to {high})"
 
