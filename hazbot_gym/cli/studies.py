@@ -6,7 +6,7 @@ import shlex
 import sys
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -26,6 +26,9 @@ from hazbot_gym.errors import InvalidInput
 from hazbot_gym.utils import terminal
 from hazbot_gym.utils.files import read_json
 from hazbot_gym.utils.json_object import JsonObject
+
+if TYPE_CHECKING:
+    from hazbot_gym.policies import Permissions
 
 
 @app.command()
@@ -96,15 +99,59 @@ def make_report(
 
 @app.command()
 def tune(
-    policy: Annotated[str, typer.Option(help="A family of rules, e.g. ttc.")],
-    trials: Annotated[int, typer.Option(help="Number of trials.", min=1, max=100_000)] = 50,
-    seed: Annotated[int, typer.Option(help="Seed of the search.", min=0, max=2**64 - 1)] = 0,
+    policy: Annotated[str | None, typer.Option(help="A family of rules, e.g. ttc.")] = None,
+    config: Annotated[
+        Path | None, typer.Option(help="Search file of a learner, e.g. configs/search/sac.yaml.")
+    ] = None,
+    trials: Annotated[
+        int | None,
+        typer.Option(help="Number of trials; 50 for rules.", min=1, max=100_000),
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of the search.", min=0, max=2**32 - 1)
+    ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="File of the record; default results/tune/POLICY.json.")
+        Path | None,
+        typer.Option(help="Default results/tune/POLICY.json, or the folder results/tune/NAME."),
     ] = None,
     cluster: Cluster = None,
+    allow_code: AllowCode = False,
+    allow_pickle: AllowPickle = False,
 ) -> None:
-    """Tune a family of rules on validation scenarios. Resumable."""
+    """Tune a family of rules, or a learner, on validation scenarios. Resumable."""
+    if (policy is None) == (config is None):
+        raise InvalidInput("tune: allowed is either --policy or --config")
+    if config is not None:
+        if cluster:
+            raise InvalidInput("cluster: given with --config, allowed is --policy")
+        from hazbot_gym.policies import Permissions
+
+        _tune_learner(config, trials, seed, out, Permissions(allow_pickle, allow_code))
+    elif policy is not None:
+        _tune_rules(policy, trials or 50, seed or 0, out, cluster)
+
+
+def _tune_learner(
+    config: Path, trials: int | None, seed: int | None, out: Path | None, allowed: Permissions
+) -> None:
+    from hazbot_gym.study import learner_search
+    from hazbot_gym.utils.yaml_loader import read_yaml
+
+    plan = learner_search.load_search(config, trials=trials, seed=seed)
+    base = read_yaml(config.parent / plan.config, "config")
+    folder = out or Path("results", "tune", config.stem)
+    console = terminal.output_console()
+
+    def told(trial: JsonObject) -> None:
+        values = ", ".join(f"{name} {value}" for name, value in trial["values"].items())
+        console.print(f"{trial['return']:.1f} with {values}", soft_wrap=True, highlight=False)
+
+    record = learner_search.search(plan, base, folder, allowed=allowed, on_progress=told)
+    best = record["trials"][record["best"]]
+    console.print(f"Best validation return {best['return']:.2f}: {folder / learner_search.BEST}")
+
+
+def _tune_rules(policy: str, trials: int, seed: int, out: Path | None, cluster: str | None) -> None:
     from hazbot_gym.evaluation.workers import Here, Place
     from hazbot_gym.study import tuning
     from hazbot_gym.utils import processors

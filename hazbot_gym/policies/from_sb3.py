@@ -30,7 +30,9 @@ _LOADERS = {
     "stable_baselines3.sac.policies": "stable_baselines3:SAC",
     "stable_baselines3.td3.policies": "stable_baselines3:TD3",
     "sb3_contrib.tqc.policies": "sb3_contrib:TQC",
+    "sb3_contrib.crossq.policies": "sb3_contrib:CrossQ",
     "stable_baselines3.dqn.policies": "stable_baselines3:DQN",
+    "sb3_contrib.qrdqn.policies": "sb3_contrib:QRDQN",
     "sb3_contrib.common.recurrent.policies": "sb3_contrib:RecurrentPPO",
 }
 
@@ -39,8 +41,8 @@ def actor_of(model: Any, normalize: Any = None) -> Actor:
     """Return the deterministic actor of a trained model as plain arrays.
 
     Args:
-        model: PPO, A2C, SAC, TD3, TQC or DQN of Stable-Baselines3, or an extension in this package,
-            with its ``MlpPolicy``; or recurrent PPO with ``MlpLstmPolicy``.
+        model: PPO, A2C, SAC, TD3, TQC, CrossQ, DQN or QR-DQN of Stable-Baselines3, or an extension
+            in this package, with its ``MlpPolicy``; or recurrent PPO with ``MlpLstmPolicy``.
         normalize: The ``VecNormalize`` of its training; None for raw observations.
 
     Raises:
@@ -53,7 +55,7 @@ def actor_of(model: Any, normalize: Any = None) -> Actor:
         head, extractor = "levels" if is_discrete else "clipped", policy.pi_features_extractor
         modules = [*policy.mlp_extractor.policy_net, policy.action_net]
         lstm = _lstm(policy.lstm_actor) if "RecurrentPPO" in kinds else None
-    elif kinds & {"SAC", "TQC"}:
+    elif kinds & {"SAC", "TQC", "CrossQ"}:
         head, extractor = "squashed", policy.actor.features_extractor
         modules = [*policy.actor.latent_pi, policy.actor.mu]
     elif "TD3" in kinds:
@@ -62,12 +64,17 @@ def actor_of(model: Any, normalize: Any = None) -> Actor:
     elif "DQN" in kinds:
         head, extractor = "levels", policy.q_net.features_extractor
         modules = list(policy.q_net.q_net)
+    elif "QRDQN" in kinds:
+        head, extractor = "levels", policy.quantile_net.features_extractor
+        modules = list(policy.quantile_net.quantile_net)
     else:
         raise InvalidInput(
             f"export: {type(model).__name__} has no plain form; allowed are PPO, A2C, SAC, TD3, "
-            "TQC, DQN and RecurrentPPO"
+            "TQC, CrossQ, DQN, QRDQN and RecurrentPPO"
         )
     layers, activation = _chain(modules)
+    if "QRDQN" in kinds:
+        layers = (*layers[:-1], _mean(layers[-1], policy.quantile_net.n_quantiles))
     has_statistics = normalize is not None and normalize.norm_obs
     statistics = _normalisation(normalize) if has_statistics else None
     return _with_feature_mask(Actor(layers, activation, head, statistics, lstm), extractor)
@@ -98,18 +105,48 @@ def _lstm(module: Any) -> Lstm:
 
 
 def _chain(modules: list[Any]) -> tuple[tuple[Layer, ...], str]:
-    """Return the linear layers of a chain of modules, and the activation between them."""
-    layers, kinds = [], set()
+    """Return the linear layers of a chain of modules, and the activation between them.
+
+    A batch normalization, as CrossQ has before each linear layer, is folded into that layer.
+    """
+    layers, kinds, normalization = [], set(), None
     for module in modules:
         kind = type(module).__name__
         if kind == "Linear":
             weight, bias = module.weight.detach().cpu().numpy(), module.bias.detach().cpu().numpy()
-            layers.append(Layer(np.ascontiguousarray(weight.T, np.float32), bias.copy()))
+            layer = Layer(np.ascontiguousarray(weight.T, np.float32), bias.copy())
+            layers.append(_folded(normalization, layer) if normalization else layer)
+            normalization = None
+        elif kind == "BatchRenorm1d":
+            normalization = module
         else:
             kinds.add(kind.lower())
     if not kinds <= {"tanh"} and not kinds <= {"relu"}:
         raise InvalidInput(f"export: given layers {', '.join(kinds)}; allowed are tanh or relu")
     return tuple(layers), kinds.pop() if kinds else "tanh"
+
+
+def _folded(normalization: Any, layer: Layer) -> Layer:
+    """Return a layer behind a batch normalization of its inputs, as one layer.
+
+    y = W (a x + c) + b,  a = scale / sqrt(variance + eps),  c = shift - a mean
+    """
+    mean, variance, scale, shift = (
+        each.detach().cpu().numpy().astype(np.float64)
+        for each in (
+            normalization.ra_mean, normalization.ra_var, normalization.scale, normalization.bias
+        )
+    )  # fmt: skip
+    a = scale / np.sqrt(variance + normalization.eps)
+    c = shift - a * mean
+    weight, bias = a[:, None] * layer.weight, layer.bias + c @ layer.weight
+    return Layer(weight.astype(np.float32), bias.astype(np.float32))
+
+
+def _mean(layer: Layer, quantiles: int) -> Layer:
+    """Return QR-DQN's last layer (inputs, quantiles * levels), averaged over its quantiles."""
+    weight = layer.weight.reshape(len(layer.weight), quantiles, -1).mean(axis=1)
+    return Layer(np.ascontiguousarray(weight), layer.bias.reshape(quantiles, -1).mean(axis=0))
 
 
 def _normalisation(normalize: Any) -> Normalisation:

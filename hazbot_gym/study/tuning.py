@@ -1,9 +1,8 @@
 """Hyperparameter tuning of rule families on the bank's validation scenarios, with equal budgets.
 
-The search is Optuna's tree-structured Parzen estimator (Bergstra et al. 2011). Trial 0 has the
-default options, so that tuning cannot make a family worse. Each trial is saved before the next one
-begins, and its sampler is seeded by the trial's number, so that a killed search resumes with the
-same results.
+Trial 0 has the default options, so that tuning cannot make a family worse. Each trial is saved
+before the next one begins, and each proposal depends on the trials before it alone
+(``proposals.py``), so that a killed search resumes with the same results.
 """
 
 from __future__ import annotations
@@ -11,13 +10,11 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-import threading
-import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from hazbot_gym.errors import InvalidInput, MissingExtra
+from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation import inputs, rollout
 from hazbot_gym.evaluation.metrics import means
 from hazbot_gym.evaluation.scenario_set import ScenarioSet
@@ -25,19 +22,14 @@ from hazbot_gym.evaluation.workers import Here, Pool
 from hazbot_gym.policies import base
 from hazbot_gym.policies.tuning_spaces import SPACES, Interval, Space
 from hazbot_gym.study import bank_sets
+from hazbot_gym.study.proposals import Distribution, Trial, choice, interval, propose
 from hazbot_gym.utils import files, provenance
 from hazbot_gym.utils.json_object import JsonObject
-
-try:
-    import optuna
-except ImportError as error:
-    raise MissingExtra(error.name or "optuna", "study") from error
 
 FIRST_AT_RANDOM = 10  # random trials before the estimator starts
 AT_A_BOUND = 0.02  # share of a range within which the best value counts as at its bound
 
 Record = JsonObject
-_ASKING = threading.Lock()  # searches run in threads, and warning filters are of the process
 
 
 def validation(overrides: Mapping[str, object] | None = None) -> tuple[ScenarioSet, ...]:
@@ -117,38 +109,17 @@ def _as_text(value: object) -> object:
     return str(value).lower() if isinstance(value, bool) else value
 
 
-def _distributions(space: Space) -> JsonObject:
+def _distributions(space: Space) -> dict[str, Distribution]:
     return {
-        name: optuna.distributions.FloatDistribution(*bounds)
-        if isinstance(bounds, Interval)
-        else optuna.distributions.CategoricalDistribution(bounds)
+        name: interval(*bounds) if isinstance(bounds, Interval) else choice(bounds)
         for name, bounds in space.items()
     }
 
 
 def _next_options(space: Space, trials: list[Record], seed: int) -> dict[str, object]:
     """Return the next trial's options, a pure function of the previous trials and the seed."""
-    optuna.logging.set_verbosity(optuna.logging.ERROR)
-    with _ASKING, warnings.catch_warnings():  # optuna < 5 warns about multivariate sampling
-        warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
-        sampler = optuna.samplers.TPESampler(
-            n_startup_trials=FIRST_AT_RANDOM, multivariate=True, seed=seed + 1000 * len(trials)
-        )
-    distributions = _distributions(space)
-    study = optuna.create_study(direction="maximize", sampler=sampler)
-    study.add_trials(
-        [
-            optuna.trial.create_trial(
-                params=trial["options"], distributions=distributions, value=trial["return"]
-            )
-            for trial in trials
-        ]
-    )
-    chosen = study.ask(distributions).params
-    return {
-        name: float(f"{chosen[name]:.3g}") if isinstance(bounds, Interval) else chosen[name]
-        for name, bounds in space.items()
-    }
+    tried = [Trial(trial["options"], trial["return"]) for trial in trials]
+    return propose(_distributions(space), tried, seed, first_at_random=FIRST_AT_RANDOM)
 
 
 def judge(

@@ -1,9 +1,10 @@
 """RL algorithms of a training run: registry and construction.
 
 Stable-Baselines3's PPO, SAC (Haarnoja et al. 2018), TD3 (Fujimoto et al. 2018), DQN (Mnih et al.
-2015); of its contrib package recurrent PPO and TQC, which truncates the critics' largest quantiles
-against overestimation (Kuznetsov et al., ICML 2020); and our own in ``dagger`` and
-``ppo_lagrangian``.
+2015); of its contrib package recurrent PPO, TQC, which truncates the critics' largest quantiles
+against overestimation (Kuznetsov et al., ICML 2020), CrossQ, whose batch normalization replaces
+target networks (Bhatt et al., ICLR 2024), and QR-DQN, whose critic predicts quantiles (Dabney et
+al., AAAI 2018); and our own in ``dagger`` and ``ppo_lagrangian``.
 """
 
 from __future__ import annotations
@@ -38,7 +39,9 @@ ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
     "sac": stable_baselines3.SAC,
     "td3": stable_baselines3.TD3,
     "tqc": sb3_contrib.TQC,
+    "crossq": sb3_contrib.CrossQ,
     "dqn": stable_baselines3.DQN,
+    "qrdqn": sb3_contrib.QRDQN,
     "recurrent_ppo": sb3_contrib.RecurrentPPO,
     "bc": BC,
     "dagger": DAgger,

@@ -29,7 +29,9 @@ from hazbot_gym.task.observation import Layout, layout_with
 from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.yaml_loader import read_yaml
 
-Algorithm = Literal["ppo", "sac", "td3", "tqc", "dqn", "recurrent_ppo", "bc", "dagger"]
+Algorithm = Literal[
+    "ppo", "sac", "td3", "tqc", "crossq", "dqn", "qrdqn", "recurrent_ppo", "bc", "dagger"
+]  # fmt: skip
 STUDENTS = ("bc", "dagger")  # pure imitation, without rewards
 
 
