@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
-from sb3_contrib import TQC, RecurrentPPO
+from sb3_contrib import QRDQN, TQC, CrossQ, RecurrentPPO
 from stable_baselines3 import DQN, PPO, SAC, TD3
 from stable_baselines3.common.torch_layers import FlattenExtractor
 from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
@@ -97,6 +97,31 @@ def test_actions_are_those_of_the_model(
     expected, _ = model.predict(seen(), deterministic=True)
     assert actor_of(model).act(seen())[0] == pytest.approx(expected, abs=1e-5)
     assert np.std(expected) > 0.01
+
+
+def test_batch_normalizations_are_folded_into_layers(blank: Any, seen: Any) -> None:
+    model = CrossQ("MlpPolicy", blank(), seed=0, device="cpu", policy_kwargs={"net_arch": [32, 32]})
+    random = torch.Generator().manual_seed(0)
+    with torch.no_grad():  # statistics and maps as if it had learned
+        for name, values in model.policy.actor.state_dict().items():
+            if values.dtype == torch.float32:
+                drawn = torch.rand(values.shape, generator=random)
+                values.copy_(drawn + 0.5 if name.endswith(("ra_var", "scale")) else drawn - 0.5)
+    expected, _ = model.predict(seen(), deterministic=True)
+    assert actor_of(model).act(seen())[0] == pytest.approx(expected, abs=1e-5)
+    assert np.std(expected) > 0.01
+
+
+def test_quantiles_are_averaged_into_the_last_layer(blank: Any, seen: Any) -> None:
+    model = QRDQN(
+        "MlpPolicy", blank(levels=5), seed=0, device="cpu",
+        policy_kwargs={"net_arch": [32], "n_quantiles": 7},
+    )  # fmt: skip
+    expected, _ = model.predict(seen(), deterministic=True)
+    actor = actor_of(model)
+    assert actor.layers[-1].bias.shape == (5,)
+    assert actor.act(seen())[0][:, 0] == pytest.approx(expected / 2.0 - 1.0)
+    assert len(set(expected)) > 1
 
 
 def test_a_recurrent_model_is_followed_through_episodes(blank: Any, seen: Any) -> None:

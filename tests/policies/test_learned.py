@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 import torch
-from sb3_contrib import TQC
+from sb3_contrib import QRDQN, TQC, CrossQ
 from stable_baselines3 import DQN, PPO
 
 from hazbot_gym import policies
@@ -127,7 +127,9 @@ def test_mistakes_are_one_line(spec: str, complaint: str) -> None:
 # --- zips of Stable-Baselines3 -------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("algorithm", "levels"), [(PPO, 0), (TQC, 0), (DQN, 5)])
+@pytest.mark.parametrize(
+    ("algorithm", "levels"), [(PPO, 0), (TQC, 0), (CrossQ, 0), (DQN, 5), (QRDQN, 5)]
+)
 def test_a_zip_is_loaded_where_that_is_allowed(
     algorithm: Any, levels: int, tmp_path: Path, blank: Any, seen: Any
 ) -> None:

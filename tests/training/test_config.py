@@ -48,7 +48,11 @@ def test_worlds_are_shared_out_evenly() -> None:
 @pytest.mark.parametrize(
     ("change", "field", "allowed"),
     [
-        ({"algorithm": "a2c"}, "algorithm: given 'a2c'", "'ppo', 'sac', 'td3', 'tqc', 'dqn'"),
+        (
+            {"algorithm": "a2c"},
+            "algorithm: given 'a2c'",
+            "'ppo', 'sac', 'td3', 'tqc', 'crossq', 'dqn'",
+        ),
         ({"algoritm": "ppo"}, "algoritm: unknown key", "algorithm, env, overrides"),
         ({"validation": {"epsiodes": 3}}, "validation.epsiodes: unknown key", "every_steps"),
         ({"steps": 0}, "steps: given 0", "greater than or equal to 1"),

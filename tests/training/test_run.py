@@ -87,7 +87,9 @@ ALL = [
     "sac",
     "td3",
     "tqc",
+    "crossq",
     "dqn",
+    "qrdqn",
     "bc",
     "dagger",
 ]
