@@ -83,6 +83,8 @@ def first_error(error: ValidationError, model: type[BaseModel]) -> str:
     if first["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
         allowed = f", allowed are {', '.join(keys)}" if keys else ""
         return f"{field}: unknown key{allowed}"
+    if first["type"] == "missing":
+        return f"{field}: is missing"
     return f"{field}: given {shown(first['input'])}, {message[0].lower()}{message[1:]}"
 
 

@@ -110,6 +110,7 @@ def test_values_are_laid_over_by_dotted_names() -> None:
         ({"space": {"learning_rate": {"log_uniform": [0, 1]}}}, "learning_rate ... log_uniform"),
         ({"space": {"learning_rate": {"uniform": [0, True]}}}, "learning_rate ... uniform"),
         ({"seconds": 0}, "seconds ... 0"),
+        ({"config": None}, "config ... None ... string"),
         ({"budget": 3}, "budget: unknown key ... seconds"),
     ],
 )
@@ -120,6 +121,11 @@ def test_mistakes_in_the_file_are_one_line(
     path.write_text(yaml.safe_dump({"config": "base.yaml", "space": SPACE, **changes}))
     with refused(complaint):
         load_search(path)
+
+
+def test_a_file_that_is_no_search_is_told_what_is_missing() -> None:
+    with refused("config: is missing"):
+        load_search(CONFIGS / "ppo.yaml")
 
 
 @pytest.mark.parametrize(
