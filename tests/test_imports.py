@@ -104,7 +104,7 @@ HOMES = {
     "onnx": ("export.onnx_file",),
     "onnxruntime": ("export.check",),
     "numba": ("core", "export.wasm"),
-    "optuna": ("study.tuning",),
+    "optuna": ("study.proposals",),
     "ray": ("evaluation.ray_cluster",),
     "typer": ("cli",),
     "starlette": ("live.server",),
