@@ -84,7 +84,7 @@ def first_error(error: ValidationError, model: type[BaseModel]) -> str:
         allowed = f", allowed are {', '.join(keys)}" if keys else ""
         return f"{field}: unknown key{allowed}"
     if first["type"] == "missing":
-        return f"{field}: is missing"
+        return f"{field}: is missing, a value is required"
     return f"{field}: given {shown(first['input'])}, {message[0].lower()}{message[1:]}"
 
 
