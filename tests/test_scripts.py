@@ -137,8 +137,11 @@ def test_an_algorithm_of_one_s_own_is_exported_and_evaluated(
 
 @pytest.mark.slow
 @pytest.mark.clients
-def test_ppo_of_rllib_is_exported_and_evaluated(tmp_path: Path) -> None:
+def test_ppo_of_rllib_is_exported_and_evaluated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("ray.rllib", reason="needs ray[rllib]: make client-rllib")
+    monkeypatch.setenv("RAY_raylet_start_wait_time_s", "300")  # slow machines take minutes
     tiny = ["--decisions", "1024", "--worlds", "16", "--horizon", "32", "--episodes", "1"]
     text = run("train/rllib_ppo.py", *tiny, folder=tmp_path)
     print(text)

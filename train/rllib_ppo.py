@@ -40,6 +40,7 @@ config = (
         num_envs_per_env_runner=arguments.worlds,
         gym_env_vectorize_mode="vector_entry_point",
         rollout_fragment_length=arguments.horizon,
+        sample_timeout_s=600.0,  # the first sample may compile kernels, for a minute or more
     )
     .training(
         lr=3e-4,

@@ -94,9 +94,9 @@ def name_of(field: int | str) -> str:
 
 
 def shown(value: object) -> str:
-    """Return the repr of a value, shortened."""
+    """Return the repr of a value on one line, shortened."""
     try:
-        text = repr(value)
+        text = repr(value).replace("\n", "")
     except ValueError:  # Python writes no integers of more than 4300 digits
         return "a number of thousands of digits"
     return text if len(text) <= 120 else f"{text[:117]}..."

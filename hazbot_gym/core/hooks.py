@@ -7,7 +7,9 @@ binary. Where kernels are plain Python (``core/jit.py``), the hook is, too.
 
 from __future__ import annotations
 
+import dis
 import inspect
+import re
 from collections.abc import Callable, Sequence
 from types import FunctionType
 from typing import Any
@@ -29,9 +31,11 @@ __all__ = ["NO_HOOK", "Untyped", "address_of", "call", "carray", "check_hook"]
 
 carray: Untyped = getattr(numba, "carray", None)  # pointer and sizes to an array
 types: Untyped = getattr(numba, "types", None)
+REAL: Untyped = (types.Integer, types.Float, types.Boolean) if types else ()
 unpack: Untyped = getattr(cgutils, "unpack_tuple", None)
 
 NO_HOOK = 0  # address of none
+SUSPENDED = inspect.CO_GENERATOR | inspect.CO_COROUTINE | inspect.CO_ASYNC_GENERATOR
 _PLAIN: list[Callable[..., None]] = [lambda *_: None]  # hooks by address, where nothing is compiled
 _COMPILED: dict[Callable[..., object], Untyped] = {}  # they must outlive their addresses
 
@@ -113,7 +117,7 @@ def _compiled(
     what: str, function: Callable[..., object], examples: tuple[object, ...], results: int
 ) -> Untyped:
     """Return a compiled function, after a check of what it returns."""
-    compiled = numba.njit(error_model="numpy", nogil=True)(function)
+    compiled = numba.njit(error_model="numpy", nogil=True, boundscheck=True)(function)
     try:
         compiled.compile(tuple(map(numba.typeof, examples)))
     except Exception as error:  # besides numba's own: KeyError of a field, AttributeError of numpy
@@ -121,10 +125,10 @@ def _compiled(
         raise InvalidInput(f"{what}: cannot be compiled, {reason} ({place})") from error
     returned = compiled.nopython_signatures[0].return_type
     parts = tuple(returned) if isinstance(returned, types.BaseTuple) else (returned,)
-    are_numbers = all(isinstance(part, types.Number | types.Boolean) for part in parts)
+    are_numbers = all(isinstance(part, REAL) for part in parts)
     if not are_numbers or len(parts) != results:
         allowed = "a number" if results == 1 else f"{results} numbers"
-        raise InvalidInput(f"{what}: returns {returned}, allowed is {allowed}")
+        raise InvalidInput(f"{what}: returns {_brief(str(returned))}, allowed is {allowed}")
     return compiled
 
 
@@ -145,7 +149,14 @@ def _reason(error: Exception) -> str:
         return f"no field {error}"
     lines = [line.strip() for line in str(error).splitlines()]
     said = [line for line in lines if line and not line.startswith("Failed in nopython mode")]
-    return said[0].removesuffix(" Raised from None").rstrip(".:") if said else type(error).__name__
+    if not said:
+        return type(error).__name__
+    return _brief(said[0].removesuffix(" Raised from None").rstrip(".:"))
+
+
+def _brief(said: str) -> str:
+    """Return what the compiler says without the fields of records: thousands of letters."""
+    return re.sub(r"(Record|Situation)\(.*\)", r"\1", said)
 
 
 def _place_of(function: Callable[..., object], error: Exception | None = None) -> str:
@@ -169,7 +180,8 @@ def check_hook(what: str, function: object, parameters: Sequence[str], taken: Se
         taken: Names that the library uses itself.
 
     Raises:
-        InvalidInput: It is no function, takes other parameters, or has a name that is taken.
+        InvalidInput: It is no plain function, takes other parameters, has a name that is taken, or
+            writes fields of records.
     """
     if not isinstance(function, FunctionType):
         raise InvalidInput(f"{what}: given {function!r}, allowed is a function")
@@ -182,4 +194,20 @@ def check_hook(what: str, function: object, parameters: Sequence[str], taken: Se
         raise InvalidInput(
             f"{what} {name!r}: takes ({said}), allowed is ({allowed}) ({_place_of(function)})"
         )
+    _check_code(f"{what} {name!r}", function)
     return name
+
+
+def _check_code(what: str, function: FunctionType) -> None:
+    """Raise if a call would not run to its end, or would write fields of the simulation."""
+    if function.__code__.co_flags & SUSPENDED:
+        raise InvalidInput(
+            f"{what}: waits or yields, allowed is a plain function ({_place_of(function)})"
+        )
+    for each in dis.get_instructions(function):
+        if each.opname in ("STORE_ATTR", "DELETE_ATTR"):
+            line = each.positions.lineno if each.positions else None
+            raise InvalidInput(
+                f"{what}: writes .{each.argval}, allowed is to read "
+                f"(line {line} of {function.__code__.co_filename})"
+            )

@@ -64,7 +64,7 @@ def reward_term(
     """
     are_numbers = all(isinstance(end, Real) for end in (low, high))
     if not (are_numbers and -math.inf < low < high < math.inf):
-        raise InvalidInput(f"reward_term: given low={low}, high={high}, allowed is low < high")
+        raise InvalidInput(f"reward_term: given low={low!r}, high={high!r}, allowed is low < high")
 
     def register(function: Term) -> Term:
         name = check_hook("reward_term", function, PARAMETERS, ())

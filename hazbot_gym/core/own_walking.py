@@ -121,6 +121,7 @@ def _adapted(model: Callable[..., Velocity]) -> tuple[Callable[..., None], Calla
         noise_x: float, noise_y: float,
     ) -> None:  # fmt: skip
         person = carray(me, (1,))[0]
+        person.next_vx = np.nan  # what stays where the model raises
         vx, vy = model(
             person,
             Situation(

@@ -227,8 +227,10 @@ def layout_in(config: Config) -> Layout:
     """Return the layout of the observations of an environment.
 
     Raises:
-        InvalidInput: An observation of this width is taken for another one (``layout_of``).
+        InvalidInput: It is no config, or its observations are taken for others (``layout_of``).
     """
+    if not hasattr(config, "tier"):  # such as the environment itself
+        raise InvalidInput(f"config: given {config!r}, allowed is env.unwrapped.config")
     layout = layout_for(
         config.tier,
         config.sensors.ring,

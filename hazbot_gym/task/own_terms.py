@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from numbers import Real
 
 import numpy as np
 
 from hazbot_gym.config import Config
+from hazbot_gym.config.section import shown
 from hazbot_gym.core.hooks import Untyped, address_of, carray
 from hazbot_gym.core.own_terms import REWARD_TERMS, RewardTerm
 from hazbot_gym.core.state import PERSON, ROBOT, Floats, Ints, Records, as_record, records
@@ -47,11 +49,20 @@ class OwnTerms:
     def write(
         self, robots: Records, people: Records, record: Records, rules: Records, out: Floats
     ) -> None:
-        """Compute the terms as plain Python; the arguments are arrays of one record, and people."""
-        one = [each.view(np.recarray) for each in (robots, people, record, rules)]
+        """Compute the terms as plain Python; the arguments are arrays of one record, and people.
+
+        Raises:
+            InvalidInput: A term gives no number, or one out of its range.
+        """
+        one = [_read_only(each) for each in (robots, people, record, rules)]
         with np.errstate(all="ignore"):
             for k, term in enumerate(self.terms, self.first):
-                out[k] = term.function(one[0][0], one[1], one[2][0], one[3][0])
+                value = term.function(one[0][0], one[1], one[2][0], one[3][0])
+                if not isinstance(value, Real | np.bool_):
+                    raise InvalidInput(
+                        f"reward term {term.name!r}: gave {shown(value)}, allowed is a number"
+                    )
+                out[k] = value
         self.check(out)
 
     def check(self, values: Floats) -> None:
@@ -65,6 +76,13 @@ class OwnTerms:
                 f"reward term {term.name!r}: gave {given:g}, allowed is its range, "
                 f"{term.low:g} to {term.high:g}"
             )
+
+
+def _read_only(given: Records) -> Records:
+    """Return a view with attribute access in which a term cannot change the simulation."""
+    view = given.view(np.recarray)
+    view.flags.writeable = False
+    return view
 
 
 def _address(term: RewardTerm) -> int:
@@ -93,7 +111,9 @@ def _adapted(term: Callable[..., float]) -> tuple[Callable[..., None], Callable[
         out: Untyped,
         size: int,
     ) -> None:
-        carray(out, (size,))[0] = term(
+        value = carray(out, (size,))
+        value[0] = np.nan  # what stays where the term raises
+        value[0] = term(
             carray(robot, (1,))[0], carray(people, (count,)), carray(record, (1,))[0],
             carray(rules, (1,))[0],
         )  # fmt: skip

@@ -1,11 +1,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from hazbot_gym.bench import once
 from hazbot_gym.bench.once import compile_times, evaluation, memory, spread_of
+from hazbot_gym.envs.vector import CorridorVectorEnv
 
 
 def test_spread_is_median_and_quartiles() -> None:
@@ -34,7 +36,19 @@ def test_compiling_happens_in_a_cache_folder_of_its_own(monkeypatch: pytest.Monk
 def test_a_world_takes_some_kilobytes_and_no_more_with_time() -> None:
     found = memory(worlds=1024, people=4, steps=200)
     assert 1_000 < found["bytes_a_world"] < 16_000
-    assert found["growth_bytes_a_world"] < 50
+    assert found["growth_bytes_a_world"] < 2  # an object for each call would be 10
+
+
+def test_an_object_left_by_each_step_shows(monkeypatch: pytest.MonkeyPatch) -> None:
+    left: list[list[int]] = []
+    step = CorridorVectorEnv.step
+
+    def leaking(*arguments: Any, **named: Any) -> Any:
+        left.append([len(left)])
+        return step(*arguments, **named)
+
+    monkeypatch.setattr(CorridorVectorEnv, "step", leaking)
+    assert memory(worlds=1024, people=4, steps=200)["growth_bytes_a_world"] > 10
 
 
 def test_evaluation_counts_episodes_and_steps() -> None:

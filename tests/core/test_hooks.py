@@ -46,6 +46,10 @@ def returns_nothing(robot: Any, people: Any, record: Any, rules: Any) -> None:
     pass
 
 
+def returns_an_imaginary_number(robot: Any, people: Any, record: Any, rules: Any) -> complex:
+    return 1j * float(robot.v)
+
+
 def returns_text(robot: Any, people: Any, record: Any, rules: Any) -> str:
     return "much"
 
@@ -57,6 +61,7 @@ def returns_text(robot: Any, people: Any, record: Any, rules: Any) -> str:
         (calls_a_plain_helper, "Untyped global name 'undecorated'"),
         (opens_a_file, "not supported"),
         (returns_nothing, "allowed is a number"),
+        (returns_an_imaginary_number, "returns complex128, allowed is a number"),
         (returns_text, "allowed is a number"),
     ],
 )
@@ -97,6 +102,35 @@ def test_wrong_parameters_are_refused() -> None:
         pedestrian_model(alone)
     with pytest.raises(InvalidInput, match="given 3, allowed is a function"):
         reward_term()(3)  # type: ignore[type-var]
+
+
+def test_a_function_that_writes_waits_or_yields_is_refused() -> None:
+    def pushes(me: Any, situation: Any) -> tuple[float, float]:
+        me.vx += 1.0
+        return 0.0, 0.0
+
+    async def waits(me: Any, situation: Any) -> Any:
+        return 0.0, 0.0
+
+    def yields(me: Any, situation: Any) -> Any:
+        yield 0.0, 0.0
+
+    with pytest.raises(InvalidInput, match=r"'pushes': writes .vx, allowed is to read \(line 1"):
+        pedestrian_model(pushes)
+    for function in (waits, yields):
+        with pytest.raises(InvalidInput, match="waits or yields, allowed is a plain function"):
+            pedestrian_model(function)
+
+
+def test_the_fields_of_records_are_not_in_a_message() -> None:
+    @pedestrian_model
+    def asks(me: Any, situation: Any) -> Any:
+        return situation.aheadx, 0.0
+
+    with pytest.raises(InvalidInput) as refused:
+        address_of_model("asks")
+
+    assert "Unknown attribute 'aheadx' of type Situation (line" in str(refused.value)
 
 
 def lambda_with_a_name(robot: Any, people: Any) -> float:

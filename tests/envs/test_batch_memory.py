@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hazbot_gym.bench import once
 from hazbot_gym.envs.registration import ENVIRONMENTS
 from hazbot_gym.envs.vector import CorridorVectorEnv
 
@@ -56,7 +57,6 @@ def test_decisions_leave_nothing_behind_in_memory() -> None:
     for _ in range(3):
         for _ in range(300):
             envs.step(np.ones((64, 1)))
-        gc.collect()
-        sizes.append(tracemalloc.get_traced_memory()[0])
+        sizes.append(once.traced_bytes())
     tracemalloc.stop()
-    assert sizes[2] - sizes[1] < 50_000  # 2.6 bytes for each decision of a world
+    assert sizes[2] - sizes[1] < 2_000  # an object for each call would be 8,400

@@ -139,6 +139,58 @@ def test_a_term_out_of_its_range_is_refused_in_both_engines() -> None:
             drive(engine, action)
 
 
+@pytest.mark.parametrize("value", ["much", None, (0.1, 0.2), np.zeros(3)])
+def test_a_term_that_gives_no_number_is_refused_by_plain_python(value: Any) -> None:
+    reward_term(term := lambda_named("odd", value))
+    env = CorridorEnv(own_terms={term.__name__: 1.0})
+    env.reset(seed=0)
+    with pytest.raises(InvalidInput, match="'odd': gave .*, allowed is a number") as refused:
+        drive(env, np.ones(1, "f4"))
+    assert "\n" not in str(refused.value)
+
+
+def lambda_named(name: str, value: Any) -> Any:
+    def term(robot: Any, people: Any, record: Any, rules: Any) -> Any:
+        return value
+
+    term.__name__ = name
+    return term
+
+
+def test_plain_python_cannot_write_into_the_simulation() -> None:
+    @reward_term
+    def pushing(robot: Any, people: Any, record: Any, rules: Any) -> float:
+        people["x"][:] = 0.0
+        return 0.5
+
+    env = CorridorEnv(own_terms={"pushing": 1.0})
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match="read-only"):
+        drive(env, np.ones(1, "f4"))
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_what_raises_in_compiled_code_is_refused() -> None:
+    @reward_term
+    def beyond(robot: Any, people: Any, record: Any, rules: Any) -> float:
+        return float(0.0 * people[99].x)
+
+    @pedestrian_model
+    def stubborn(me: Any, situation: Any) -> tuple[float, float]:
+        if situation.robot.s > 0.0:
+            raise ValueError("not me")
+        return 1.0, 0.0
+
+    for own, refused in (
+        ({"own_terms": {"beyond": 1.0}}, "'beyond': gave nan"),
+        ({"people": {"model": "stubborn", "count": [2, 2]}}, "'stubborn': gave a velocity that"),
+    ):
+        envs = CorridorVectorEnv(2, **own)
+        envs.reset(seed=0)
+        with pytest.raises(InvalidInput, match=refused):
+            drive(envs, np.ones((2, 1), "f4"))
+
+
 def test_a_model_that_walks_to_nowhere_is_refused_in_both_engines() -> None:
     @pedestrian_model
     def lost(me: Any, situation: Any) -> tuple[float, float]:

@@ -70,6 +70,7 @@ class Nodes:
 
     def __init__(self) -> None:
         os.environ |= {"RAY_USAGE_STATS_ENABLED": "0", "RAY_worker_niceness": "0"}
+        os.environ |= {"RAY_raylet_start_wait_time_s": "300"}  # slow machines take minutes
         self._size: dict[str, int] = {"num_cpus": 1, "object_store_memory": 100_000_000}
         self.cluster = Cluster(initialize_head=True, head_node_args=self._size)
         self.others = [self.cluster.add_node(**self._size) for _ in range(2)]

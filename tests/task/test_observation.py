@@ -331,6 +331,12 @@ def test_contexts_end_where_they_began() -> None:
     assert layout_of(np.zeros(LAYOUT.width)) is LAYOUT
 
 
+def test_an_environment_in_the_place_of_its_config_is_refused() -> None:
+    env: Any = object()
+    with pytest.raises(InvalidInput, match=r"allowed is env\.unwrapped\.config"), observing(env):
+        pass
+
+
 @pytest.mark.parametrize("shape", [(12,), (7, 12), (14,), (51,), (2, 3, 51), (53,), (26,), (3, 65)])
 def test_layout_is_told_by_the_last_axis(shape: tuple[int, ...]) -> None:
     assert layout_of(np.zeros(shape)).width == shape[-1]
