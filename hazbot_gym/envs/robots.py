@@ -140,6 +140,8 @@ class CorridorParallelEnv(ParallelEnv[str, Observation, Any]):  # type: ignore[m
         if seed is not None:
             self._random = np.random.default_rng(whole_number(seed, "seed", 0))
         self._key = int(self._random.integers(2**63))
+        if not isinstance(options, Mapping | None):
+            raise InvalidInput(f"reset options: given {options!r}, allowed is a dict with key")
         if options and "config" in options:
             raise InvalidInput("reset options: given config, allowed with several robots is key")
         if options and "key" in options:

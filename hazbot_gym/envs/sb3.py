@@ -130,7 +130,7 @@ class CorridorVecEnv(VecEnv):
     def set_options(self, options: list[Info] | Info | None = None) -> None:
         """Set the options of the next reset: one dictionary for all worlds, or one per world."""
         each = options if isinstance(options, list | tuple) else [options or {}] * self.num_envs
-        if not all(isinstance(one, dict) for one in each):
+        if len(each) != self.num_envs or not all(isinstance(one, dict) for one in each):
             raise InvalidInput(
                 f"reset options: given {options!r}, allowed is a dict, or a list of one a world"
             )
@@ -235,7 +235,7 @@ def _spec_of(env_id: str) -> EnvSpec:
     """Return a copy of the spec of an id, which must be an environment of this package."""
     try:
         spec = gymnasium.spec(env_id)
-    except gymnasium.error.Error as error:
+    except (gymnasium.error.Error, TypeError) as error:  # TypeError: no text
         raise InvalidInput(f"id: given {env_id!r}, which is not registered") from error
     if spec.vector_entry_point != gymnasium.spec(DEFAULT_ID).vector_entry_point:
         raise InvalidInput(f"id: given {env_id!r}, allowed are ids of {NAMESPACE}")

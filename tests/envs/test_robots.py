@@ -323,6 +323,8 @@ def test_refuses_actions_of_other_robots(parallel_env: Any) -> None:
         env.people  # noqa: B018
     with refused("reset options: given config"):
         env.reset(options={"config": {"people": {"count": [1, 1]}}})
+    with refused("reset options: given 'key', allowed is a dict"):
+        env.reset(options="key")
     env.reset(seed=0)
     with refused("actions: given those of robot_0, allowed ... robot_0, robot_1"):
         env.step({"robot_0": np.zeros(1, np.float32)})

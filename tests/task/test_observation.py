@@ -333,7 +333,7 @@ def test_contexts_end_where_they_began() -> None:
 
 def test_an_environment_in_the_place_of_its_config_is_refused() -> None:
     env: Any = object()
-    with pytest.raises(InvalidInput, match=r"allowed is env\.unwrapped\.config"), observing(env):
+    with refused("config: given ... allowed is env.unwrapped.config"), observing(env):
         pass
 
 
