@@ -155,7 +155,7 @@ def _reason(error: Exception) -> str:
 
 
 def _brief(said: str) -> str:
-    """Return what the compiler says without the fields of records: thousands of letters."""
+    """Return a compiler's message without the fields of records, which are thousands of letters."""
     return re.sub(r"(Record|Situation)\(.*\)", r"\1", said)
 
 
