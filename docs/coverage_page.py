@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from string import Template
-from typing import Any
 
 from table_text import markdown_table
 
-Record = dict[str, Any]
+from hazbot_gym.utils.json_object import JsonObject
+
+Record = JsonObject
 
 METHODS = ("percentile", "expanded", "studentised", "student")
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from study_report import LEARNED, TIERS
+from study_report import LEARNED, STUDY, TIERS
 
 from hazbot_gym.evaluation.metrics import HEADLINE
 from hazbot_gym.evaluation.prices import RETURNS
@@ -21,7 +21,6 @@ from hazbot_gym.study.summary import summarise_set
 from hazbot_gym.utils.files import read_json, write_json
 from hazbot_gym.utils.json_object import JsonObject
 
-RECORD = Path(__file__).parents[1] / "benchmarks" / "study.json"
 EXPERT = "fuzzy_expert"
 KEPT = dict.fromkeys((*HEADLINE, *RETURNS, "contact_robot_caused", "ssm_violation"))
 
@@ -64,6 +63,6 @@ PARTS = {"shipped": shipped, "shield": shield}
 
 if __name__ == "__main__":
     folders = dict(argument.split("=", 1) for argument in sys.argv[1:])
-    record = read_json(RECORD)
+    record = read_json(STUDY)
     record |= {part: PARTS[part](Path(folder)) for part, folder in folders.items()}
-    write_json(RECORD, record)
+    write_json(STUDY, record)

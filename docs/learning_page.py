@@ -5,13 +5,13 @@ from __future__ import annotations
 import statistics
 from collections.abc import Iterator
 from string import Template
-from typing import Any
 
-from table_text import markdown_table
+from table_text import estimate_text, markdown_table
 
+from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.text_tables import shown
 
-Record = dict[str, Any]
+Record = JsonObject
 
 FROM_RULE = "ppo from the rule"
 TITLES = (
@@ -34,7 +34,7 @@ def page(template: str, record: Record, *, name: str) -> str:
         record: Of ``docs/keep_learning.py``.
         name: Of its file, from the root of the repository.
     """
-    gain = _interval(record["policies"][FROM_RULE]["return_gain"])
+    gain = estimate_text(record["policies"][FROM_RULE]["return_gain"])
     return Template(template).substitute(_values(record), record=name, gain=gain)
 
 
@@ -56,7 +56,7 @@ def from_nothing(template: str, record: Record, *, name: str) -> str:
         above=sum(each > expert for each in returns),
         lowest=f"{min(returns):.1f}",
         gains=", ".join(
-            f"`{rule}` {_interval(gain[learner])}" for rule, gain in record["gains"].items()
+            f"`{rule}` {estimate_text(gain[learner])}" for rule, gain in record["gains"].items()
         ),
     )
 
@@ -79,18 +79,14 @@ def _rows(record: Record) -> Iterator[tuple[str, ...]]:
         gain = found["return_gain"]
         yield (
             policy if policy in runs else f"`{policy}`",
-            _interval(found["return"]),
-            "" if policy == record["reference"] or gain is None else _interval(gain),
+            estimate_text(found["return"]),
+            "" if policy == record["reference"] or gain is None else estimate_text(gain),
             shown(found["delay_s"]["mean"]),
             shown(found["discomfort_s"]["mean"]),
             shown(100.0 * found["arrived"]["mean"]),
             shown(found["contacts_per_km"]["mean"]),
             f"{_seconds(runs[policy]):.0f}" if policy in runs else "",
         )
-
-
-def _interval(estimate: Record) -> str:
-    return f"{estimate['mean']:.1f} ({estimate['low']:.1f} to {estimate['high']:.1f})"
 
 
 def _seconds(runs: list[Record]) -> float:

@@ -48,7 +48,6 @@ class Page(NamedTuple):
 
 RECORDS = ROOT / "benchmarks"
 PAPER = RECORDS / "paper.json"
-STUDY = RECORDS / "study.json"
 CALIBRATION = RECORDS / "calibration.json"
 PAGES = (
     Page("performance", benchmark_pages.performance, RECORDS / "bench.json"),
@@ -82,7 +81,7 @@ def tables() -> dict[Path, str]:
     """Return the tables in CSV that pages offer, by path."""
     paper = read_json(PAPER)
     found = {
-        "study-shipped": study_report.csv_of(read_json(STUDY)["shipped"]["sets"]),
+        "study-shipped": study_report.csv_of(read_json(study_report.STUDY)["shipped"]["sets"]),
         "paper-lines": paper_page.csv_of_lines(paper),
         "paper-numbers": paper_page.csv_of_numbers(paper),
     }
@@ -92,7 +91,7 @@ def tables() -> dict[Path, str]:
 def readme() -> str:
     """Return the README with its table and its speeds as the records have them."""
     text = README.read_text(encoding="utf-8")
-    study = read_json(STUDY)
+    study = read_json(study_report.STUDY)
     gain = textwrap.fill(study_report.shipped_gain(study), WIDTH)
     text = _filled(text, "study", f"{study_report.shipped_table(study)}\n\n{gain}")
     bench: dict[str, Any] = read_json(RECORDS / "bench.json")

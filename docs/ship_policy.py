@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from study_report import LEARNED
+from study_report import LEARNED, STUDY
 
 from hazbot_gym.policies.actor_file import Trained, read
 from hazbot_gym.policies.learned import SHIPPED
@@ -18,12 +18,10 @@ from hazbot_gym.training.export import export_actor
 from hazbot_gym.training.run_folder import POLICY
 from hazbot_gym.utils.files import read_json
 
-RECORD = Path(__file__).parents[1] / "benchmarks" / "study.json"
-
 
 def on_card() -> dict[str, str]:
     """Return what the learner of the tier tracks reached on the test scenarios."""
-    block = read_json(RECORD)["shipped"]["sets"][TEST][LEARNED]
+    block = read_json(STUDY)["shipped"]["sets"][TEST][LEARNED]
     metrics = {
         name: "{mean:.4g} ({low:.4g} to {high:.4g})".format(**estimate)
         for name, estimate in block["metrics"].items()

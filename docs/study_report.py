@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
-from table_text import csv_table, markdown_table
+from table_text import csv_table, estimate_text, markdown_table
 
 from hazbot_gym.evaluation.prices import PRICES, at_price
 from hazbot_gym.study.headline import TEST, scenarios_of
 from hazbot_gym.utils.json_object import JsonObject
 
+STUDY = Path(__file__).parents[1] / "benchmarks" / "study.json"
 Record = JsonObject
 Column = tuple[str, str, int]  # metric, title, digits; a rate is shown in percent where titled so
 
@@ -43,7 +45,7 @@ def shipped_table(record: Record) -> str:
     table = markdown_table(
         ("policy", *(title for _, title, _ in HEADLINE)),
         [
-            (f"`{policy}`", *_cells(found, HEADLINE, with_interval=False))
+            (f"`{policy}`", *(cell.partition(" (")[0] for cell in _cells(found, HEADLINE)))
             for policy, found in block.items()
         ],
     )
@@ -84,8 +86,8 @@ def shipped_gain(record: Record) -> str:
     ]
     return (
         f"**In the test scenarios, `{LEARNED}` {_verdict(over_expert)} the fuzzy expert**: its "
-        f"return is higher by {_estimate(over_expert, 1)}. **It {_verdict(gain)} "
-        f"`{reference}`**: its return is higher by {_estimate(gain, 1)}. Rules with a higher mean "
+        f"return is higher by {estimate_text(over_expert)}. **It {_verdict(gain)} "
+        f"`{reference}`**: its return is higher by {estimate_text(gain)}. Rules with a higher mean "
         f"return: {', '.join(higher) or 'none'}. In single environments, by {LEAD:g} s or more: "
         f"{', '.join(where) or 'none'}."
     )
@@ -140,16 +142,7 @@ def _verdict(gain: Record) -> str:
     return "does not clearly earn more than"
 
 
-def _cells(
-    found: Record, columns: Sequence[Column], *, with_interval: bool = True
-) -> Iterator[str]:
+def _cells(found: Record, columns: Sequence[Column]) -> Iterator[str]:
     for metric, title, digits in columns:
         scale = 100.0 if title.endswith("%") else 1.0
-        yield _estimate(found["metrics"][metric], digits, scale, with_interval=with_interval)
-
-
-def _estimate(
-    estimate: Record, digits: int, scale: float = 1.0, *, with_interval: bool = True
-) -> str:
-    mean, low, high = (f"{scale * estimate[end]:z.{digits}f}" for end in ("mean", "low", "high"))
-    return f"{mean} ({low} to {high})" if with_interval else mean
+        yield estimate_text(found["metrics"][metric], digits, scale=scale)

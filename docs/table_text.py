@@ -1,10 +1,10 @@
-"""Tables as text in Markdown and CSV, for the pages that records make."""
+"""Tables and estimates as text, for the pages that records make."""
 
 from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from hazbot_gym.utils.text_tables import Rows
 
@@ -13,6 +13,12 @@ def markdown_table(titles: tuple[str, ...], rows: Rows, *, wordy: tuple[str, ...
     """Return rows in Markdown; the first column and those titled in ``wordy`` are left-aligned."""
     rule = ["---", *["---" if title in wordy else "---:" for title in titles[1:]]]
     return "\n".join(f"| {' | '.join(cells)} |" for cells in (titles, rule, *rows))
+
+
+def estimate_text(estimate: Mapping[str, float], digits: int = 1, *, scale: float = 1.0) -> str:
+    """Return a mean with its interval, as ``1.9 (-1.6 to 5.4)``."""
+    mean, low, high = (f"{scale * estimate[end]:z.{digits}f}" for end in ("mean", "low", "high"))
+    return f"{mean} ({low} to {high})"
 
 
 def csv_table(titles: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

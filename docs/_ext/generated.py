@@ -158,11 +158,11 @@ def scenario_list() -> str:
 
 def of_study(make: Callable[[JsonObject], str]) -> Callable[[], str]:
     """Return a maker of what the studies of the shipped policy show."""
-    return lambda: make(read_json(results.RECORDS / "study.json"))
+    return lambda: make(read_json(study_report.STUDY))
 
 
 def results_figure(name: str, *words: str) -> str:
-    """Return a figure of the page on results, described in some words."""
+    """Return a figure drawn from a record, described in some words."""
     return results.html(name, " ".join(words))
 
 

@@ -1,4 +1,4 @@
-"""Figures of the page on results, drawn at build time from the committed records."""
+"""Figures of pages, drawn at build time from the committed records."""
 
 from __future__ import annotations
 
