@@ -14,6 +14,7 @@ import coverage_page
 import learning_page
 import offline_page
 import paper_page
+import prices_page
 import study_report
 
 from hazbot_gym.utils.files import read_json
@@ -66,6 +67,7 @@ PAGES = (
     Page("cluster", cluster_page.page, RECORDS / "cluster.json"),
     Page("datasets", offline_page.page, RECORDS / "offline.json"),
     Page("coverage", coverage_page.page, RECORDS / "coverage.json"),
+    Page("prices", prices_page.page, RECORDS / "prices.json"),
     Page("learning", learning_page.page, RECORDS / "learning.json"),
     Page("from_nothing", learning_page.from_nothing, RECORDS / "from_nothing.json"),
     Page("ablations", learning_page.ablations, RECORDS / "ablations.json"),

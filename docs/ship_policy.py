@@ -1,4 +1,4 @@
-"""Ship a training run: ``python docs/ship_policy.py TIER RUN``, the tier tracks or sonar.
+"""Ship a training run: ``python docs/ship_policy.py NAME RUN``, the name tracks, sonar or prices.
 
 When the study that trained it has been kept (``benchmarks/study.json``, part ``shipped``), ``python
 docs/ship_policy.py tracks`` puts what its learner reached in it, over all seeds, onto its card.
@@ -18,6 +18,8 @@ from hazbot_gym.training.export import export_actor
 from hazbot_gym.training.run_folder import POLICY
 from hazbot_gym.utils.files import read_json
 
+FILES = {"tracks": "ppo_tracks", "sonar": "ppo_sonar", "prices": "prices_tracks"}
+
 
 def on_card() -> dict[str, str]:
     """Return what the learner of the tier tracks reached on the test scenarios."""
@@ -30,17 +32,17 @@ def on_card() -> dict[str, str]:
     return {"training seeds": seeds, "episodes": str(block["episodes"]), **metrics}
 
 
-def ship(tier: str, run: Path | None) -> None:
+def ship(name: str, run: Path | None) -> None:
     """Ship the policy of a run, or, without one, put the study's results onto the card."""
-    shipped = SHIPPED / f"ppo_{tier}.npz"
+    shipped = SHIPPED / f"{FILES[name]}.npz"
     actor, about = read(run / POLICY if run else shipped)
     if run is None:
-        if tier != "tracks":
-            raise SystemExit(f"{tier}: the study of the shipped policy is of the tier tracks alone")
+        if name != "tracks":
+            raise SystemExit(f"{name}: the study of the shipped policy is of the tier tracks alone")
         about["study"] = on_card()
     export_actor(Trained(actor, about), shipped, overwrite=True)
 
 
 if __name__ == "__main__":
-    tier, *runs = sys.argv[1:]
-    ship(tier, Path(runs[0]) if runs else None)
+    name, *runs = sys.argv[1:]
+    ship(name, Path(runs[0]) if runs else None)

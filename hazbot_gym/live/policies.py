@@ -14,6 +14,7 @@ EXPERT, LEARNED = "fuzzy_expert", "ppo"  # those that a person at the page is co
 OFFERED = {
     EXPERT: "Fuzzy expert",
     LEARNED: "PPO (learned)",
+    "ppo_prices": "PPO at any price",
     "velocity_obstacle": "Velocity obstacle",
     "idm": "Car following (IDM)",
     "mpc": "Model predictive control",

@@ -150,6 +150,10 @@ REGISTER = {
         "hazbot_gym.policies.learned:Ppo",
         "the shipped PPO policy for the tier of the observations",
     ),
+    "ppo_prices": Entry(
+        "hazbot_gym.policies.learned:PpoPrices",
+        "the shipped PPO policy for any price of nearness; price=1..16 s per s of discomfort",
+    ),
     "learned": Entry(
         "hazbot_gym.policies.learned:Learned",
         "a trained policy; price= of nearness if it observes one; path=FILE.npz is last, or a .zip "

@@ -211,6 +211,34 @@ class Learned(FromFile):
 
 
 @dataclass(frozen=True, config=OPTIONS)
+class PpoPrices(FromFile):
+    """The shipped PPO policy that observes the price of nearness, with tracked people."""
+
+    price: float | None = None  # s of delay per s of full discomfort; None: of the environments
+
+    def __post_init__(self) -> None:
+        self._policy  # noqa: B018  (a price that is not allowed is refused when the policy is made)
+
+    @property
+    def prices(self) -> PriceInput | None:
+        """Prices of nearness that the policy can be set to by its option ``price``, if any."""
+        return self._policy.prices if self.price is None else None
+
+    def policy_for(self, layout: Layout) -> Policy:
+        """Return the shipped policy.
+
+        Raises:
+            InvalidInput: Observations of this layout lack some of its fields.
+        """
+        check_fields(layout, self._policy.layout)
+        return self._policy
+
+    @cached_property
+    def _policy(self) -> TrainedActor:
+        return TrainedActor(actor_file.read(SHIPPED / "prices_tracks.npz"), self.price)
+
+
+@dataclass(frozen=True, config=OPTIONS)
 class Ppo(FromFile):
     """The shipped PPO policies, with tracked people and without."""
 

@@ -270,7 +270,7 @@ for _ in range(3):
     numbers += [*observation, reward, *seen.ravel(), *rewards]
 for name in policies.names():
     for given in (seen, np.ascontiguousarray(seen[:, :26])):
-        if name not in ("learned", "shielded"):
+        if name not in ("learned", "shielded", "ppo_prices"):
             numbers += policies.make(name).predict(given)[0].ravel().tolist()
 print(*(float(number) for number in numbers))
 """

@@ -21,7 +21,7 @@ from hazbot_gym.task.observation import LAYOUTS, layout_of
 from tests.refusals import refused
 
 RULES = (
-    *(name for name in REGISTER if name not in ("learned", "shielded")),
+    *(name for name in REGISTER if name not in ("learned", "shielded", "ppo_prices")),
     "shielded:policy=constant:1",
     "shielded:by=ssm,policy=shielded:policy=stop_on_sight",
     "constant:0.25",
