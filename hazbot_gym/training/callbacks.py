@@ -31,7 +31,7 @@ from hazbot_gym.training.export import export_model
 from hazbot_gym.training.inputs import check_unedited
 from hazbot_gym.training.priced_rewards import AtPrice, price_input_of
 from hazbot_gym.training.run_folder import CHECKPOINTS, MANIFEST, POLICY
-from hazbot_gym.training.validation import Validated, best_of, validate
+from hazbot_gym.training.validation import Validated, best_of, validate, validate_at_prices
 from hazbot_gym.utils.files import read_json
 
 
@@ -123,10 +123,16 @@ class Validate(BaseCallback):
 
     def _on_step(self) -> bool:
         step, residual = self.model.num_timesteps, self.config.residual
-        prices = price_input_of(self.config)
-        model = AtPrice(self.model, float(prices.entry(prices.usual))) if prices else self.model
-        driver = on_its_base(model, residual.model_dump() if residual else None)
-        found: Validated = {"step": step, **validate(driver, self.config)}
+        base, prices = residual.model_dump() if residual else None, price_input_of(self.config)
+        if prices is None:
+            found = validate(on_its_base(self.model, base), self.config)
+        else:
+            driver = {
+                price: on_its_base(AtPrice(self.model, float(prices.entry(price))), base)
+                for price in prices
+            }
+            found = validate_at_prices(driver, prices.usual, self.config)
+        found = {"step": step, **found}
         check_unedited(self.read)  # validations build new environments
         for name, value in found.items():
             if value is not None:

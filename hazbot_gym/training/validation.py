@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import cast
 
 import numpy as np
@@ -35,6 +35,29 @@ def validate(policy: Policy, config: TrainConfig) -> Validated:
         runs = batch_rollout.run_episodes(each, policy, seeds, limit=limit, threads=threads)
         rows += [measure(episode, SsmThresholds()) for episode, _ in runs] if seeds else []
     return {**means(rows), "cost": float(np.mean([row["cost"] for row in rows]))}
+
+
+def validate_at_prices(
+    policies: Mapping[float, Policy], usual: float, config: TrainConfig
+) -> Validated:
+    """Return the means over several prices of nearness, with the return at each price.
+
+    Args:
+        policies: A policy for each price [s of delay per s of discomfort].
+        usual: The price of the environments.
+        config: Config of the run.
+    """
+    found = []
+    for price, policy in policies.items():
+        row = validate(policy, config)
+        extra = (price - usual) * cast(float, row["discomfort_s"])
+        found.append({**row, "return": cast(float, row["return"]) - extra})
+    return {name: _mean([row[name] for row in found]) for name in found[0]}
+
+
+def _mean(values: Sequence[float | None]) -> float | None:
+    defined = [value for value in values if value is not None]
+    return float(np.mean(defined)) if defined else None
 
 
 def best_of(found: Sequence[Validated], config: TrainConfig) -> Validated:

@@ -19,6 +19,7 @@ from hazbot_gym.training.callbacks import export_best
 from hazbot_gym.training.config import TrainConfig, load_training
 from hazbot_gym.training.priced_rewards import AtPrice, PricedRewards, price_input_of
 from hazbot_gym.training.run import make_all, train
+from hazbot_gym.training.validation import validate, validate_at_prices
 from hazbot_gym.training.vec_envs import make_envs
 from hazbot_gym.utils.files import write_json
 from tests.refusals import refused
@@ -144,6 +145,20 @@ def test_the_file_drives_at_any_price_as_the_model_does(tmp_path: Path) -> None:
     assert np.array_equal(usual, answers[2])
     assert not np.allclose(answers[0], answers[3], atol=1e-3)
     assert actor_of(model).width == 52
+
+
+def test_a_validation_is_the_mean_over_prices_with_the_return_at_each() -> None:
+    config = TrainConfig(**{**RUN, "overrides": CROWD, "validation": {"episodes": 3}})
+    brisk, slow = (policies.make(f"constant:fraction={fraction}") for fraction in (1.0, 0.5))
+    one, other = validate(brisk, config), validate(slow, config)
+    assert one["discomfort_s"]
+    found = validate_at_prices({1.0: brisk, 16.0: slow}, 4.0, config)
+    assert found["delay_s"] == pytest.approx((one["delay_s"] + other["delay_s"]) / 2)
+    returns = (
+        one["return"] + 3.0 * one["discomfort_s"],
+        other["return"] - 12.0 * other["discomfort_s"],
+    )
+    assert found["return"] == pytest.approx(sum(returns) / 2)
 
 
 def test_a_run_without_prices_is_the_run_it_was() -> None:
