@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from string import Template
 
 from table_text import markdown_table
@@ -9,7 +10,14 @@ from table_text import markdown_table
 from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.text_tables import Rows, shown
 
-TITLES = ("policy", "delay, s", "discomfort, s", "arrived, %", "contacts by robot per km")
+TITLES = (
+    "policy",
+    "delay, s",
+    "discomfort, s",
+    "in the personal zone, m",
+    "arrived, %",
+    "contacts by robot per km",
+)
 
 
 def page(template: str, record: JsonObject, *, name: str) -> str:
@@ -29,6 +37,7 @@ def page(template: str, record: JsonObject, *, name: str) -> str:
         episodes=environments * record["episodes"],
         decisions=f"{decisions:.0f}",
         seed=training["seed"],
+        exchanged=", ".join(f"{rate:.1f}" for rate in exchange_rates(record)),
         points=markdown_table(TITLES, [_row(each) for each in (*record["prices"], record["ppo"])]),
         best=markdown_table(
             ("price", "`ppo_prices`", "`ppo`", "best rule", "its return"), list(_best(record))
@@ -37,8 +46,17 @@ def page(template: str, record: JsonObject, *, name: str) -> str:
 
 
 def _row(point: JsonObject) -> tuple[str, ...]:
-    values = (point["delay_s"], point["discomfort_s"], 100.0 * point["arrived"])
-    return (f"`{point['policy']}`", *map(shown, values), shown(point["contacts_per_km"]))
+    names = ("delay_s", "discomfort_s", "personal_m")
+    values = (*(point[name] for name in names), 100.0 * point["arrived"], point["contacts_per_km"])
+    return (f"`{point['policy']}`", *map(shown, values))
+
+
+def exchange_rates(record: JsonObject) -> list[float]:
+    """Return the delay paid for less discomfort from each price to the next one [s/s]."""
+    return [
+        (dear["delay_s"] - cheap["delay_s"]) / (cheap["discomfort_s"] - dear["discomfort_s"])
+        for cheap, dear in pairwise(record["prices"])
+    ]
 
 
 def _best(record: JsonObject) -> Rows:
