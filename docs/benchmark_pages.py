@@ -22,16 +22,18 @@ Record = JsonObject
 
 EXACT = "benchmarks/headroom_exact.json"  # headroom with scripted people
 DEPTH = "benchmarks/headroom_depth.json"  # the same with the reward of the first version
+HOOKS = ("engine", "hooks", "speed relative to none, median (quartiles)", "the same bits")
 POWER = 0.20  # least share of contacts at full speed
 
 
-def performance(template: str, record: Record, *, name: str) -> str:
+def performance(template: str, record: Record, *, name: str, hooks: Record) -> str:
     """Return the page on performance: a template with its placeholders filled in.
 
     Args:
         template: With ``$`` placeholders.
         record: Of ``hazbot bench --json``.
         name: Of its file, from the root of the repository.
+        hooks: Of ``make_hooks_record.py``.
     """
     return Template(template).substitute(
         record["machine"],
@@ -42,7 +44,21 @@ def performance(template: str, record: Record, *, name: str) -> str:
         goals=table(bench.GOALS, bench.goal_rows(record)),
         parts=table(bench.PARTS, bench.part_rows(record)),
         once=table(bench.ONCE, bench.once_rows(record)),
+        hooks=table(HOOKS, hook_rows(hooks)),
+        hooks_turns=hooks["turns"],
+        hooks_decisions=hooks["decisions"],
     )
+
+
+def hook_rows(record: Record) -> Rows:
+    """Return engine, hooks, speed relative to none with quartiles, and whether bits are equal."""
+    rows: Rows = []
+    for each in record["rows"]:
+        low, high = (f"{end:.3f}" for end in each["to_no_hooks_quartiles"])
+        ratio = f"{each['to_no_hooks']:.3f} ({low} to {high})"
+        equal = "yes" if each["is_equal"] else "no"
+        rows.append((each["engine"], each["hooks"], ratio, equal))
+    return rows
 
 
 def readme_speed(record: Record) -> str:

@@ -51,7 +51,12 @@ RECORDS = ROOT / "benchmarks"
 PAPER = RECORDS / "paper.json"
 CALIBRATION = RECORDS / "calibration.json"
 PAGES = (
-    Page("performance", benchmark_pages.performance, RECORDS / "bench.json"),
+    Page(
+        "performance",
+        benchmark_pages.performance,
+        RECORDS / "bench.json",
+        {"hooks": RECORDS / "hooks.json"},
+    ),
     Page(
         "headroom",
         benchmark_pages.headroom_by_environment,
