@@ -1,4 +1,4 @@
-"""rl-zoo3 trains a policy with the settings of ``configs/rl_zoo3``, and shows it."""
+"""rl-zoo3 trains a policy with each file of settings in ``configs/rl_zoo3``, and shows it."""
 
 from __future__ import annotations
 
@@ -12,24 +12,33 @@ pytest.importorskip("rl_zoo3")
 
 pytestmark = [pytest.mark.clients, pytest.mark.slow]
 
-SETTINGS = Path(__file__).parents[2] / "configs" / "rl_zoo3" / "ppo.yml"
-WHAT = ["--algo", "ppo", "--env", "hazbot_gym/Corridor-v1", "--gym-packages", "hazbot_gym"]
+SETTINGS = sorted((Path(__file__).parents[2] / "configs" / "rl_zoo3").glob("*.yml"))
+WHAT = ["--env", "hazbot_gym/Corridor-v1", "--gym-packages", "hazbot_gym", "-f", "logs"]
+LEVELS = ["--env-kwargs", "action_type:'discrete'"]
+SMALL = ["n_envs:2", "batch_size:16"]
+ON_POLICY, OFF_POLICY = ["n_steps:16"], ["learning_starts:20", "buffer_size:200"]
 
 
-def zoo(command: str, *arguments: str, folder: Path) -> str:
+def zoo(command: str, algorithm: str, *arguments: str, folder: Path) -> str:
+    levels = LEVELS if algorithm == "qrdqn" else []
     done = subprocess.run(
-        [sys.executable, "-m", f"rl_zoo3.{command}", *WHAT, "-f", "logs", *arguments],
+        [
+            sys.executable, "-m", f"rl_zoo3.{command}",
+            "--algo", algorithm, *WHAT, *levels, *arguments,
+        ],
         capture_output=True, text=True, check=False, cwd=folder,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return done.stdout
 
 
-def test_a_policy_is_trained_and_shown(tmp_path: Path) -> None:
-    small = ["n_envs:2", "n_steps:16", "batch_size:16"]
+@pytest.mark.parametrize("settings", SETTINGS, ids=lambda path: path.stem)
+def test_a_policy_is_trained_and_shown(settings: Path, tmp_path: Path) -> None:
+    algorithm = settings.stem
+    small = [*SMALL, *(ON_POLICY if algorithm.startswith("ppo") else OFF_POLICY)]
     zoo(
-        "train", "--conf-file", str(SETTINGS), "-n", "64", "--eval-freq", "-1", "-params", *small,
-        folder=tmp_path,
+        "train", algorithm, "--conf-file", str(settings), "-n", "64", "--eval-freq", "-1",
+        "-params", *small, folder=tmp_path,
     )  # fmt: skip
-    shown = zoo("enjoy", "-n", "300", "--no-render", folder=tmp_path)
+    shown = zoo("enjoy", algorithm, "-n", "300", "--no-render", folder=tmp_path)
     assert "Episode Reward" in shown
