@@ -24,22 +24,21 @@ def test_reference_trained_rule_and_constants_are_shown_first() -> None:
     ]  # fmt: skip
 
 
-def test_two_of_many_trained_policies_and_both_experts_are_shown_first() -> None:
+def test_the_reference_two_of_many_trained_policies_and_the_best_rule_are_shown_first() -> None:
     study = load_study(CONFIGS / "study_full.yaml")
     returns = {
-        "ppo from nothing": 3.0,
-        "residual ppo on ssm": 2.0,
+        "ppo from nothing": 2.0,
+        "qr-dqn": 3.0,
+        "sac": 1.0,
         "dagger": 9.0,  # in the tables only
-        "fuzzy_expert:rules=literal8": 8.0,
+        "fuzzy_expert, tuned": 8.0,
         "velocity_obstacle, tuned": 2.5,
     }
     assert default_policies(block(study, returns), study) == [
-        "fuzzy_expert, tuned",
-        "ppo from nothing",
-        "residual ppo on ssm",
         "fuzzy_expert",
+        "qr-dqn",
+        "ppo from nothing",
         "velocity_obstacle, tuned",
-        "constant, tuned",
     ]
 
 
