@@ -77,7 +77,7 @@ def test_seconds_count_only_where_something_was_reached() -> None:
     assert measured == [60_000.0, 9.0, 50.0, None, 2.0]
 
 
-@pytest.mark.parametrize("name", ["ppo", "ppo_shipped_tracks"])
+@pytest.mark.parametrize("name", ["ppo", "ppo_from_rules"])
 def test_the_reference_makes_updates_of_the_same_size(name: str) -> None:
     path = Path(__file__).parents[2] / "configs" / f"{name}.yaml"
     config = load_training(path)

@@ -79,7 +79,7 @@ def are_equal(one: Result, other: Result) -> bool:
 
 ALL = [
     "ppo",
-    "ppo_shipped_tracks",
+    "ppo_from_rules",
     "ppo_sonar",
     "ppo_residual",
     "ppo_lagrangian",
