@@ -46,6 +46,8 @@ class Imitation(Section):
     """Imitation of a teacher: pretraining (``imitation.py``), or bc and dagger (``dagger.py``)."""
 
     teacher: str | dict[str, str] = "fuzzy_expert"  # of all environments, or of each by its name
+    # in its place the training of a teacher for each environment (``specialists.py``); of ppo
+    specialists: JsonObject | None = None
     decisions: Annotated[int, Ge(1), Le(50_000_000)] = 700_000  # demonstrations in each round
     # of ppo: in the first one the teacher drives, then the student; of dagger steps / decisions
     rounds: Annotated[int, Ge(1), Le(100)] = 1
@@ -138,6 +140,13 @@ class TrainConfig(Section):
                 f"rounds: given {value.rounds} with algorithm {algorithm!r}, allowed is 1; its "
                 "rounds are steps / imitation.decisions"
             )
+        if isinstance(value, Imitation) and value.specialists is not None:
+            if algorithm in STUDENTS:
+                raise ValueError(
+                    f"specialists: given with algorithm {algorithm!r}, allowed is 'ppo'"
+                )
+            if "teacher" in value.model_fields_set:
+                raise ValueError("teacher: given with specialists, allowed is one of the two")
         return value or (Imitation() if algorithm in STUDENTS else None)
 
     @field_validator("imitation")
@@ -211,8 +220,8 @@ class TrainConfig(Section):
         return patterns
 
     def teachers(self) -> tuple[str, ...]:
-        """Return the teacher of each environment; none without imitation."""
-        if self.imitation is None:
+        """Return the teacher of each environment; none without imitation, or to be trained."""
+        if self.imitation is None or self.imitation.specialists is not None:
             return ()
         teacher = self.imitation.teacher
         return tuple(teacher if isinstance(teacher, str) else teacher[env] for env in self.env)

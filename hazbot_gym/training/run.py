@@ -4,6 +4,7 @@
     OUT/policy.npz, .md   best model on validation so far, and its card
     OUT/checkpoints/      state for ``--resume``
     OUT/tensorboard/      curves
+    OUT/specialists/      the runs of its teachers, if it trains them itself (``specialists.py``)
     OUT/result.json       validations and speed, after the run
 
 A killed run resumes from its last checkpoint with bit-identical results (``callbacks.py``).
@@ -31,7 +32,7 @@ except ImportError as error:
     raise MissingExtra((error.name or "tensorboard").replace("_", "-"), "train") from error
 
 from hazbot_gym.evaluation.inputs import digests
-from hazbot_gym.policies.base import NO_CODE, Permissions
+from hazbot_gym.policies.base import NO_CODE, Permissions, Policy
 from hazbot_gym.training import checkpoints
 from hazbot_gym.training.algorithms import make_model
 from hazbot_gym.training.callbacks import (
@@ -57,6 +58,11 @@ from hazbot_gym.training.run_folder import (
     PolicyLost,
     claim,
     has_policy,
+)
+from hazbot_gym.training.specialists import (
+    folder_of,
+    specialists_of,
+    taught_by_specialists,
 )
 from hazbot_gym.training.validation import Validated, best_of
 from hazbot_gym.training.vec_envs import make_envs
@@ -109,10 +115,20 @@ def train(
     with sole_use(out), disk_errors_told_once(out):
         if not (out / MANIFEST).exists():
             write_json(out / MANIFEST, {**manifest(config), "inputs": read})
+        if specialists_of(config):
+            teacher = _train_specialists(config, out, model.get_env(), console)
         return _run(config, out, console, read, model, teacher, curriculum, resume=resume)
 
 
-def make_all(config: TrainConfig, allowed: Permissions = NO_CODE) -> tuple[object, object]:
+def _train_specialists(config: TrainConfig, out: Path, envs: Any, console: Console) -> Policy:
+    """Train the specialists of a run that are not finished yet; return them as its teacher."""
+    for env, training in specialists_of(config).items():
+        console.print(f"specialist for {env}", markup=False)
+        train(training, folder_of(env, out), resume=True, console=console)
+    return teacher_of(taught_by_specialists(config, out), envs)
+
+
+def make_all(config: TrainConfig, allowed: Permissions = NO_CODE) -> tuple[Any, Any]:
     """Return the model of a run in its environments, and its teacher, if any.
 
     Raises:
@@ -122,7 +138,9 @@ def make_all(config: TrainConfig, allowed: Permissions = NO_CODE) -> tuple[objec
     if config.residual:
         envs = ResidualEnvs(envs, config.residual)
     model = make_model(config, envs, allowed)
-    if config.imitation and config.algorithm not in STUDENTS:
+    for training in specialists_of(config).values():
+        make_all(training)
+    if config.teachers() and config.algorithm not in STUDENTS:
         return model, teacher_of(config, envs, allowed)
     return model, None
 
