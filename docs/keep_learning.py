@@ -32,6 +32,7 @@ METRICS = ("return", "delay_s", "discomfort_s", "personal_m", "arrived", "contac
 COLUMNS, LEAST_HEIGHT_IN = 3, 3.2
 TITLE_WIDTH = 30  # characters
 EXPERT = "fuzzy_expert"
+SECONDS = ("training_seconds", "imitation_seconds", "specialists_seconds")  # of a run
 
 
 def kept(folder: Path) -> dict[str, Any]:
@@ -80,7 +81,7 @@ def _run(folder: Path) -> dict[str, Any]:
     """Return time and learning curve of a run: returns on its validation scenarios."""
     result = read_json(folder / RESULT)
     return {
-        "training_seconds": result["training_seconds"],
+        "training_seconds": sum(result.get(name, 0.0) for name in SECONDS),
         "steps": [each["step"] for each in result["validations"]],
         "returns": [each["return"] for each in result["validations"]],
     }

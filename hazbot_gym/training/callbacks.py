@@ -42,6 +42,7 @@ class Progress:
     begun: int = 0  # intervals
     seconds: float = 0.0  # training time without validations
     validations: list[Validated] = field(default_factory=list)
+    imitation_seconds: float = 0.0  # of the imitation before the training
 
 
 def restart_episodes(model: BaseAlgorithm, seed: int) -> None:

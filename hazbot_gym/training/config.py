@@ -236,8 +236,12 @@ class TrainConfig(Section):
 
     def identity(self) -> str:
         """Return a hash that two runs share if and only if their values are equal."""
-        # as before there were curricula and prices
-        unused = {name for name in ("curriculum", "prices") if not getattr(self, name)}
+        # as before there were curricula, prices and specialists
+        unused: JsonObject = {
+            name: True for name in ("curriculum", "prices") if not getattr(self, name)
+        }
+        if self.imitation and self.imitation.specialists is None:
+            unused["imitation"] = {"specialists"}
         text = json.dumps(self.model_dump(mode="json", exclude=unused), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 

@@ -12,6 +12,7 @@ A killed run resumes from its last checkpoint with bit-identical results (``call
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
@@ -67,7 +68,7 @@ from hazbot_gym.training.specialists import (
 from hazbot_gym.training.validation import Validated, best_of
 from hazbot_gym.training.vec_envs import make_envs
 from hazbot_gym.utils import provenance
-from hazbot_gym.utils.files import sole_use, write_json
+from hazbot_gym.utils.files import read_json, sole_use, write_json
 
 
 class Result(NamedTuple):
@@ -159,7 +160,9 @@ def _run(
     """Run the remaining part of a training with a claimed folder."""
     progress = resumed(model, config, out, console) if resume else Progress()
     if teacher and model.num_timesteps == 0:
+        began = time.perf_counter()
         imitate(model, model.get_env(), teacher, config)
+        progress.imitation_seconds = time.perf_counter() - began
     model.set_logger(configure(str(out / TENSORBOARD), ["tensorboard"]))
     left, bar = config.steps - model.num_timesteps, ProgressBar(console, config.steps)
     at_the_end = CallbackList(
@@ -178,7 +181,7 @@ def _run(
                 reset_num_timesteps=model.num_timesteps == 0,
             )
         best = best_of(progress.validations, config)
-        write_json(out / RESULT, _result(config, model.num_timesteps, progress, best))
+        write_json(out / RESULT, _result(config, model.num_timesteps, progress, best, out))
     finally:
         bar.stop()
         model.logger.close()
@@ -198,7 +201,12 @@ def resumed(model: BaseAlgorithm, config: TrainConfig, out: Path, console: Conso
         return Progress()
     checkpoints.restore(model, state["model"])
     saved = state["progress"]
-    progress = Progress(saved["begun"], saved["seconds"], saved["validations"])
+    progress = Progress(
+        saved["begun"],
+        saved["seconds"],
+        saved["validations"],
+        saved.get("imitation_seconds", 0.0),  # which older checkpoints lack
+    )
     if not has_policy(out, config.identity()):
         best = best_of(progress.validations, config)
         if best["step"] != model.num_timesteps:
@@ -230,12 +238,15 @@ def manifest(config: TrainConfig) -> dict[str, object]:
 
 
 def _result(
-    config: TrainConfig, steps: int, progress: Progress, best: Validated
+    config: TrainConfig, steps: int, progress: Progress, best: Validated, out: Path
 ) -> dict[str, object]:
+    specialists = [read_json(folder_of(env, out) / RESULT) for env in specialists_of(config)]
     return {
         "run": config.identity(),
         "steps": steps,
         "training_seconds": round(progress.seconds, 1),
+        "imitation_seconds": round(progress.imitation_seconds, 3),
+        "specialists_seconds": round(sum(each["training_seconds"] for each in specialists), 1),
         "steps_per_s": round(steps / max(progress.seconds, 1e-9)),
         "best": best,
         "validations": progress.validations,
