@@ -127,6 +127,30 @@ def test_a_policy_is_trained_from_a_data_set(
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("nowhere-v0",), "dataset: given nowhere-v0, no folder of hazbot dataset"),
+        (
+            ("nowhere-v0", "--updates", "0"),
+            "--updates: given '0', allowed are integers of at least",
+        ),
+        (("nowhere-v0", "--out", "policy"), "--out: given policy, allowed is a new file that ends"),
+    ],
+)
+def test_mistakes_are_told_before_training_from_a_data_set(
+    arguments: tuple[str, ...],
+    said: str,
+    run_here: Callable[..., str],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    pytest.importorskip("minari")
+    with pytest.raises(SystemExit, match="2"):
+        run_here("train/offline.py", *arguments)
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.slow
 def test_an_algorithm_of_one_s_own_is_exported_and_evaluated(
     run_here: Callable[..., str], tmp_path: Path
 ) -> None:

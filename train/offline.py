@@ -5,6 +5,7 @@ compared with the policy of the data set on scenarios that are not in it.
 """
 
 import argparse
+from importlib.util import find_spec
 from pathlib import Path
 
 import minari
@@ -22,23 +23,36 @@ from hazbot_gym.training.export import export_actor
 from hazbot_gym.training.imitation import Demonstrations, learn
 from hazbot_gym.utils.files import write_json
 
+
+def count(text: str) -> int:
+    """Read a whole number of at least 1."""
+    if not text.isdecimal() or not int(text):
+        raise argparse.ArgumentTypeError(f"given {text!r}, allowed are integers of at least 1")
+    return int(text)
+
+
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("dataset", type=Path, help="folder that hazbot dataset has written")
 parser.add_argument("--method", choices=["bc", "td3_bc"], default="bc")
-parser.add_argument("--epochs", type=int, default=15, help="of bc")
-parser.add_argument("--updates", type=int, default=5_000, help="of td3_bc")
-parser.add_argument("--episodes", type=int, default=100, help="of the comparison")
+parser.add_argument("--epochs", type=count, default=15, help="of bc")
+parser.add_argument("--updates", type=count, default=5_000, help="of td3_bc")
+parser.add_argument("--episodes", type=count, default=100, help="of the comparison")
 parser.add_argument("--seed", type=int, default=0)
 parser.add_argument("--out", type=Path, default=Path("results/offline/policy.npz"))
 parser.add_argument("--json", type=Path, help="also write the comparison to this file")
 arguments = parser.parse_args()
-if arguments.out.exists():  # before hours of training
-    parser.error(f"--out: given {arguments.out}, which is there already")
+if arguments.out.exists() or arguments.out.suffix != ".npz":  # before hours of training
+    parser.error(f"--out: given {arguments.out}, allowed is a new file that ends in .npz")
+if arguments.method == "td3_bc" and find_spec("d3rlpy") is None:
+    parser.error("--method td3_bc: d3rlpy is not installed; docs/datasets.md says how")
 
 HIDDEN = [96, 96]  # units of the hidden layers
 torch.set_num_threads(1)  # the networks are too small to share among cores
 
-dataset = minari.MinariDataset(str(arguments.dataset / "data"))
+try:
+    dataset = minari.MinariDataset(str(arguments.dataset / "data"))
+except ValueError as error:
+    parser.error(f"dataset: given {arguments.dataset}, no folder of hazbot dataset ({error})")
 env = dataset.recover_environment()
 episodes = list(dataset)
 observations = np.concatenate([episode.observations[:-1] for episode in episodes])
