@@ -14,7 +14,7 @@ TITLES = (
     "policy", "return", "arrived, %", "contacts by robot per km", "delay, s",
     "in the personal zone, m",
 )  # fmt: skip
-METHODS = {"bc": "↳ behaviour cloning", "td3_bc": "↳ TD3+BC"}
+METHODS = {"bc": "↳ behaviour cloning", "td3_bc": "↳ TD3+BC, {updates:,} updates"}
 
 
 def page(template: str, record: JsonObject, *, name: str) -> str:
@@ -30,7 +30,6 @@ def page(template: str, record: JsonObject, *, name: str) -> str:
         record=name,
         env=record["env"],
         episodes=record["episodes"],
-        updates=f"{record['updates']:,}",
         least=f"{min(sizes):,}",
         most=f"{max(sizes):,}",
         d3rlpy=record["versions"]["d3rlpy"],
@@ -45,7 +44,7 @@ def rows(runs: list[JsonObject]) -> Rows:
         policy = f"`{run['policy']}`"
         if policy not in {row[0] for row in found}:
             found.append((policy, *_means(run["recorded"])))
-        found.append((METHODS[run["method"]], *_means(run["trained"])))
+        found.append((METHODS[run["method"]].format_map(run), *_means(run["trained"])))
     return found
 
 
