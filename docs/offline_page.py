@@ -34,6 +34,7 @@ def page(template: str, record: JsonObject, *, name: str) -> str:
         most=f"{max(sizes):,}",
         d3rlpy=record["versions"]["d3rlpy"],
         table=markdown_table(TITLES, rows(record["runs"])),
+        longer=longer(record["runs"]),
     )
 
 
@@ -46,6 +47,18 @@ def rows(runs: list[JsonObject]) -> Rows:
             found.append((policy, *_means(run["recorded"])))
         found.append((METHODS[run["method"]].format_map(run), *_means(run["trained"])))
     return found
+
+
+def longer(runs: list[JsonObject]) -> str:
+    """Return the returns of TD3+BC on the data set that it was trained on more than once."""
+    sets = [run["dataset"] for run in runs if run["method"] == "td3_bc"]
+    (name,) = {each for each in sets if sets.count(each) > 1}
+    of_it = [run for run in runs if run["dataset"] == name]
+    return ", ".join(
+        f"{run['trained']['return']:.1f} after {run['updates']:,} updates"
+        for run in of_it
+        if run["method"] == "td3_bc"
+    )
 
 
 def _means(means: JsonObject) -> tuple[str, ...]:
