@@ -13,7 +13,13 @@ from hazbot_gym.utils.text_tables import shown
 
 Record = JsonObject
 
-FROM_RULE = "ppo from the rule"
+# Learners of ``configs/study_crossing.yaml`` by their names in the page's placeholders.
+LEARNERS = {
+    "ppo": "ppo from nothing",
+    "qr_dqn": "qr-dqn from nothing",
+    "own": "ppo from a qr-dqn of its own",
+    "rule": "ppo from the rule",
+}
 TITLES = (
     "policy",
     "return",
@@ -34,8 +40,16 @@ def page(template: str, record: Record, *, name: str) -> str:
         record: Of ``docs/keep_learning.py``.
         name: Of its file, from the root of the repository.
     """
-    gain = estimate_text(record["policies"][FROM_RULE]["return_gain"])
-    return Template(template).substitute(_values(record), record=name, gain=gain)
+    policies = record["policies"]
+    delays = {key: policies[learner]["delay_s"] for key, learner in LEARNERS.items()}
+    delays["rule"] = policies[record["reference"]]["delay_s"]
+    gains = {key: policies[learner]["return_gain"] for key, learner in LEARNERS.items()}
+    return Template(template).substitute(
+        _values(record),
+        record=name,
+        **{f"delay_{key}": shown(delay["mean"]) for key, delay in delays.items()},
+        **{f"gain_{key}": estimate_text(gain) for key, gain in gains.items()},
+    )
 
 
 def ablations(template: str, record: Record, *, name: str) -> str:

@@ -28,8 +28,8 @@ FILES = {
     "qrdqn": "qrdqn",
 }
 ON_POLICY_ENVS, OFF_POLICY_ENVS = 16, 8
-HEAD = """# Written by docs/make_rl_zoo3.py from configs/{file}.yaml, tuned in hazbot_gym, not in
-# rl-zoo3. Shaping, the asymmetric critic and staggered starts are missing.
+HEAD = """# Written by docs/make_rl_zoo3.py from configs/{file}.yaml; not tuned in rl-zoo3.
+# Shaping, the asymmetric critic and staggered starts are missing.
 """
 
 

@@ -376,6 +376,7 @@ MAKERS: dict[str, Callable[..., str]] = {
     for make in (
         study_report.shipped_table,
         study_report.shipped_prices,
+        study_report.shipped_answer,
         study_report.shipped_gain,
         study_report.shield_table,
     )

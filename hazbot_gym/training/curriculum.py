@@ -7,6 +7,7 @@ so that a resumed run is bit-identical.
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -37,7 +38,7 @@ def curriculum_of(config: TrainConfig, given: Curriculum | None) -> Curriculum |
     """
     if given is None and not config.curriculum:
         return None
-    if given is not None and not callable(given):
+    if given is not None and not _takes_two(given):
         allowed = "a function of the decisions and validations so far"
         raise InvalidInput(f"curriculum: given {given!r}, allowed is {allowed}")
     if given is not None and config.curriculum:
@@ -47,6 +48,19 @@ def curriculum_of(config: TrainConfig, given: Curriculum | None) -> Curriculum |
     for stage in config.curriculum:
         check_overrides(config, stage.overrides)
     return given or by_steps(config.curriculum)
+
+
+def _takes_two(given: object) -> bool:
+    """Return True for what can be called with two arguments."""
+    if not callable(given):
+        return False
+    try:
+        inspect.signature(given).bind(0, [])
+    except TypeError:
+        return False
+    except ValueError:  # some built-in functions have no signature
+        return True
+    return True
 
 
 def check_overrides(config: TrainConfig, overrides: object) -> None:

@@ -96,10 +96,11 @@ def test_a_curriculum_that_is_not_possible_is_refused(
     assert not (tmp_path / "out").exists()
 
 
-def test_what_is_no_function_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="curriculum: given 5, allowed is a function"):
-        train(TrainConfig(**RUN), tmp_path / "out", curriculum=5)  # type: ignore[arg-type]
-    assert not (tmp_path / "out").exists()
+@pytest.mark.parametrize("given", [5, lambda: {}, lambda step: {}, lambda step, *, found: {}])
+def test_what_is_no_function_of_two_arguments_is_refused(given: Any, tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="curriculum: given .*, allowed is a function"):
+        train(TrainConfig(), tmp_path / "run", curriculum=given)
+    assert not (tmp_path / "run").exists()
 
 
 def test_a_function_that_returns_no_overrides_is_refused(tmp_path: Path) -> None:
