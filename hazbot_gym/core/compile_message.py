@@ -30,9 +30,8 @@ class CompileMessage(event.Listener if event else object):  # type: ignore[misc]
 
     def on_start(self, compilation: Any) -> None:
         """Print the line at the first function of this package."""
-        module = (
-            compilation.data["dispatcher"].py_func.__module__ or ""
-        )  # none, where code was made
+        function = compilation.data["dispatcher"].py_func
+        module = function.__module__ or ""  # None for code that was made while running
         if module.partition(".")[0] == _PACKAGE and not self.has_spoken:
             self.has_spoken = True
             logging.getLogger(_PACKAGE).warning(MESSAGE)

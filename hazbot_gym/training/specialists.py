@@ -2,9 +2,9 @@
 
     OUT/specialists/Crossing-v1/    the run folder of each (``run.py``)
 
-Value-based learners find in minutes how to drive among people where policy gradients learn to wait,
-but jerk between levels of speed; and one environment alone is learned faster than all together. PPO
-that starts from the specialists (``imitation.py``) makes one smooth policy of them.
+In Crossing a value-based learner finds from nothing how to drive among people, where PPO learns to
+wait (``docs/learning.md``), but it chooses among a few levels of speed. PPO that starts from the
+specialists (``imitation.py``) makes one policy of them, with speeds in between.
 """
 
 from __future__ import annotations
