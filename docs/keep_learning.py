@@ -40,7 +40,6 @@ def kept(folder: Path) -> dict[str, Any]:
     study = page.read(folder)
     sets = study.summary["sets"]
     rows = store.read_episodes(folder / store.EPISODES)
-    means = rows.groupby(["policy", "training_seed"])["return"].mean()
     found = next(sets[name] for name in (POOLED, TEST, *sets) if name in sets)
     return {
         "reference": study.summary["reference"],
@@ -59,13 +58,19 @@ def kept(folder: Path) -> dict[str, Any]:
             }
             for rule, compared in _compared(study.config, rows).items()
         },
-        "runs": {
-            learner.name: [
-                _run(folder_of(learner, k, folder)) | {"return": float(means[learner.name, k])}
-                for k in range(learner.seeds)
-            ]
-            for learner in study.config.learners
-        },
+        "runs": runs(study.config, rows, folder),
+    }
+
+
+def runs(study: StudyConfig, rows: pd.DataFrame, folder: Path) -> dict[str, Any]:
+    """Return time, learning curve and mean return in some episodes of each training run."""
+    means = rows.groupby(["policy", "training_seed"])["return"].mean()
+    return {
+        learner.name: [
+            _run(folder_of(learner, k, folder)) | {"return": float(means[learner.name, k])}
+            for k in range(learner.seeds)
+        ]
+        for learner in study.learners
     }
 
 
@@ -87,8 +92,11 @@ def _run(folder: Path) -> dict[str, Any]:
     }
 
 
-def curves(record: dict[str, Any]) -> str:
-    """Draw the learning curves of all seeds, a panel for each learner, rules as lines."""
+def curves(record: dict[str, Any], *, unit: str = "million actions", scale: float = 1e6) -> str:
+    """Draw the learning curves of all seeds, a panel for each learner, rules as lines.
+
+    Steps are divided by ``scale`` to be in the unit.
+    """
     runs, policies = record["runs"], record["policies"]
     rules = {name: each["return"]["mean"] for name, each in policies.items() if name not in runs}
     best = max(rules, key=lambda name: rules[name])
@@ -104,9 +112,9 @@ def curves(record: dict[str, Any]) -> str:
         axis.axhline(rules[best], color=INK, linewidth=1.0, linestyle=(0, (4, 3)))
         for k, run in enumerate(seeds):
             label = "validation scenarios, one line a seed" if k == 0 else None
-            actions = [step / 1e6 for step in run["steps"]]
-            axis.plot(actions, run["returns"], "o-", color=BLUE, linewidth=1.1, ms=3, label=label)
-    figure.supxlabel("million actions", fontsize=9)
+            done = [step / scale for step in run["steps"]]
+            axis.plot(done, run["returns"], "o-", color=BLUE, linewidth=1.1, ms=3, label=label)
+    figure.supxlabel(unit, fontsize=9)
     figure.supylabel("return", fontsize=9)
     axes[0, 0].lines[0].set_label(EXPERT)
     axes[0, 0].lines[1].set_label(best)

@@ -1,4 +1,4 @@
-"""Write ``configs/rl_zoo3`` from the training files: ``python docs/make_rl_zoo3.py``.
+"""Write ``configs/rl_zoo3`` from ``configs/tuned``: ``python docs/make_rl_zoo3.py``.
 
 rl-zoo3 steps a few single environments in a loop. So rollouts and updates per action stay as they
 are in the training file, over fewer environments. It has no setting for shaping, the asymmetric
@@ -16,7 +16,7 @@ from hazbot_gym.utils.files import write_text
 from hazbot_gym.utils.yaml_loader import read_yaml
 
 ROOT = Path(__file__).parents[1]
-CONFIGS, WRITTEN = ROOT / "configs", ROOT / "configs" / "rl_zoo3"
+CONFIGS, WRITTEN = ROOT / "configs" / "tuned", ROOT / "configs" / "rl_zoo3"
 # Training files by the name of the algorithm in rl-zoo3.
 FILES = {
     "ppo": "ppo",
@@ -28,7 +28,7 @@ FILES = {
     "qrdqn": "qrdqn",
 }
 ON_POLICY_ENVS, OFF_POLICY_ENVS = 16, 8
-HEAD = """# Written by docs/make_rl_zoo3.py from configs/{file}.yaml; not tuned in rl-zoo3.
+HEAD = """# Written by docs/make_rl_zoo3.py from configs/tuned/{file}.yaml; not tuned in rl-zoo3.
 # Shaping, the asymmetric critic and staggered starts are missing.
 """
 

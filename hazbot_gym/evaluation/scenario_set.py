@@ -52,13 +52,16 @@ PLACE_SETS = tuple(_preset(name) for name in ("Circle", "Intersection", "Doorway
 DEFAULT_SETS = (*PAPER_SETS, *PATTERN_SETS, _preset("Corridor"), *PLACE_SETS)
 
 
-def track_sets(folder: Path, seed: int | None = None) -> tuple[ScenarioSet, ...]:
+def track_sets(
+    folder: Path, seed: int | None = None, episodes: int | None = None
+) -> tuple[ScenarioSet, ...]:
     """Return the two sets with real people: replayed as recorded, and recorded but reactive."""
     return tuple(
         ScenarioSet(
             name=f"real people, {model}",
             env=f"{NAMESPACE}/Replay-v1",
             overrides={"tracks": str(folder), "people": {"model": model}},
+            episodes=episodes,
             seed=seed,
         )
         for model in ("replay", "seeded")

@@ -140,6 +140,8 @@ class StudyConfig(Section):
     tracks: Annotated[Path, Loose] | None = (
         None  # folder of real tracks; adds the two sets with real people
     )
+    # maximum per policy in each of these, where crowds take long; None: as elsewhere
+    track_episodes: Episodes | None = None
     episodes: Episodes = 100  # maximum per policy and set
     episodes_per_shard: Episodes = 250  # lost by an interruption at most
     engine: Engine = "batched"
@@ -192,7 +194,8 @@ class StudyConfig(Section):
             return self.sets
         # Recordings are not part of the bank, but with it their start times are fixed as well.
         is_frozen = any(each.seed == bank_sets.ROOT for each in self.sets)
-        return self.sets + track_sets(self.tracks, bank_sets.ROOT if is_frozen else None)
+        seed = bank_sets.ROOT if is_frozen else None
+        return self.sets + track_sets(self.tracks, seed, self.track_episodes)
 
     @property
     def names(self) -> tuple[str, ...]:

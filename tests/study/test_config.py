@@ -31,6 +31,12 @@ def test_tracks_add_real_people_as_recorded_and_as_reacting(tmp_path: Path) -> N
     assert {scenarios.overrides["tracks"] for scenarios in added} == {str(tmp_path)}
 
 
+def test_drives_among_real_people_have_a_limit_of_their_own(tmp_path: Path) -> None:
+    study = load_study(tracks=tmp_path, episodes=100, track_episodes=30)
+    counts = [study.episodes_in(each) for each in study.all_sets[-3:]]
+    assert counts == [100, 30, 30]
+
+
 def test_equal_values_are_the_same_study_and_every_change_makes_another(tmp_path: Path) -> None:
     changes = [
         {"episodes": 3},
