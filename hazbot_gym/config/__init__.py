@@ -28,6 +28,7 @@ from hazbot_gym.config.parameters import (
 from hazbot_gym.config.randomised import (
     RANDOMISED,
     extreme_values,
+    has_parts,
     is_set,
     replaced,
     taken_out,
@@ -82,8 +83,13 @@ def make_config(
         config = _validated({**deltas, RANDOMISED: randomised})
     except InvalidInput as error:
         name = str(error).partition(": ")[0]
-        said = f"{name}: given {shown(randomised[name])}: " if name in randomised else ""
-        raise InvalidInput(f"{said}{error}") from error
+        if name not in randomised:
+            raise
+        said = f"{name}: given {shown(randomised[name])}"
+        if has_parts(Config(), name):
+            allowed = "a distribution in place of single numbers or names in it"
+            raise InvalidInput(f"{said}, allowed is {allowed}") from error
+        raise InvalidInput(f"{said}: {error}") from error
     for name, value in extreme_values(config):
         try:
             with_value(config, {name: value})

@@ -162,6 +162,14 @@ def value_at(node: Any, name: str) -> Any:
     return node
 
 
+def has_parts(config: Config, name: str) -> bool:
+    """Return True if there is a field of a dotted name, and it is a section or a sequence."""
+    try:
+        return not isinstance(value_at(config, name), bool | int | float | str | None)
+    except InvalidInput:
+        return False
+
+
 def replaced(node: Any, name: str, value: object) -> Any:
     """Return nested mappings and lists with the value of a dotted name, which exists, replaced."""
     key, _, rest = name.partition(".")

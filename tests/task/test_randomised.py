@@ -79,6 +79,8 @@ def test_a_config_survives_json() -> None:
     [
         ({"drive": {"acceleration_mps2": {"uniform": [0.5, 0.3]}}}, "allowed is uniform: \\[low"),
         ({"drive": {"acceleration_mps2": {"normal": [0.5]}}}, "allowed is normal: \\[mean"),
+        ({"people": {"count": {"uniform": [1, 6]}}}, "count: given .*, allowed is a .* single"),
+        ({"people": {"speeds": {"normal": [1, 0.1]}}}, "speeds: given .*, allowed is a .* single"),
         ({"drive": {"acceleration_mps2": {"uniform": [0, 10**400]}}}, "allowed is uniform: \\[low"),
         (
             {"drive": {"acceleration_mps2": {"uniform": [0.3, 0.5], "normal": [0.4, 0.1]}}},
