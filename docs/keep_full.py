@@ -7,10 +7,12 @@ curves of all seeds as a picture.
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from keep_learning import IMAGES, RECORDS, curves, runs
+from full_page import FULL, REAL
+from keep_learning import IMAGES, curves, runs
 
 from hazbot_gym.evaluation.prices import RETURNS
 from hazbot_gym.study import costs, store
@@ -22,6 +24,7 @@ from hazbot_gym.study.results import SetResults, Summary, mean_return
 from hazbot_gym.study.summary import summarise_set
 from hazbot_gym.utils.files import read_json, write_json, write_text
 
+LEAST = 250.0  # return shown in the learning curves
 METRICS = (
     *("return", "delay_s", "discomfort_s", "personal_m", "intimate_m", "person_delay_s"),
     *("contacts_per_km", "contact_person_caused", "arrived", *RETURNS),
@@ -45,7 +48,11 @@ def kept(folder: Path) -> dict[str, Any]:
         "rules": rules,
         "best_rule": best,
         "over_best_rule": {policy: compared[policy]["return_gain"] for policy in compared},
-        "sets": {each: block_of(block) for each, block in study.summary["sets"].items()},
+        "sets": {
+            each: block_of(block, METRICS if each in (name, *REAL) else ("return",))
+            for each, block in study.summary["sets"].items()
+            if each in (name, *sets, *REAL)
+        },
         "oracle": oracle_of(study.summary),
         "tuned": {
             family: read_json(folder / TUNED / f"{family}.json")["best"]["policy"]
@@ -56,13 +63,13 @@ def kept(folder: Path) -> dict[str, Any]:
     }
 
 
-def block_of(found: SetResults) -> dict[str, Any]:
-    """Return what the page needs of the results of all policies in a set."""
+def block_of(found: SetResults, metrics: Sequence[str]) -> dict[str, Any]:
+    """Return some metrics of all policies in a set, and their gains over the reference."""
     return {
         policy: {
             "episodes": each["episodes"],
             "training_seeds": each["training_seeds"],
-            "metrics": {metric: each["metrics"][metric] for metric in METRICS},
+            "metrics": {metric: each["metrics"][metric] for metric in metrics},
             "return_gain": each["return_gain"],
         }
         for policy, each in found.items()
@@ -97,5 +104,6 @@ def drawn(record: dict[str, Any]) -> dict[str, Any]:
 
 if __name__ == "__main__":
     record = kept(Path(sys.argv[1]))
-    write_json(RECORDS / "full.json", record)
-    write_text(IMAGES / "full.svg", curves(drawn(record), unit="seconds of training", scale=1.0))
+    write_json(FULL, record)
+    shown = curves(drawn(record), unit="seconds of training", scale=1.0, least=LEAST)
+    write_text(IMAGES / "full.svg", shown)

@@ -92,10 +92,16 @@ def _run(folder: Path) -> dict[str, Any]:
     }
 
 
-def curves(record: dict[str, Any], *, unit: str = "million actions", scale: float = 1e6) -> str:
+def curves(
+    record: dict[str, Any],
+    *,
+    unit: str = "million actions",
+    scale: float = 1e6,
+    least: float | None = None,
+) -> str:
     """Draw the learning curves of all seeds, a panel for each learner, rules as lines.
 
-    Steps are divided by ``scale`` to be in the unit.
+    Steps are divided by ``scale`` to be in the unit; returns below ``least`` are cut off.
     """
     runs, policies = record["runs"], record["policies"]
     rules = {name: each["return"]["mean"] for name, each in policies.items() if name not in runs}
@@ -114,6 +120,7 @@ def curves(record: dict[str, Any], *, unit: str = "million actions", scale: floa
             label = "validation scenarios, one line a seed" if k == 0 else None
             done = [step / scale for step in run["steps"]]
             axis.plot(done, run["returns"], "o-", color=BLUE, linewidth=1.1, ms=3, label=label)
+    axes[0, 0].set_ylim(bottom=least)
     figure.supxlabel(unit, fontsize=9)
     figure.supylabel("return", fontsize=9)
     axes[0, 0].lines[0].set_label(EXPERT)

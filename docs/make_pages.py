@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import benchmark_pages
 import cluster_page
 import coverage_page
+import full_page
 import learning_page
 import offline_page
 import paper_page
@@ -76,6 +77,12 @@ PAGES = (
     Page("learning", learning_page.page, RECORDS / "learning.json"),
     Page("from_nothing", learning_page.from_nothing, RECORDS / "from_nothing.json"),
     Page("ablations", learning_page.ablations, RECORDS / "ablations.json"),
+    Page(
+        "algorithms",
+        full_page.page,
+        full_page.FULL,
+        {"search": RECORDS / "search.json"},
+    ),
     Page("paper", paper_page.page, PAPER, {"calibration": CALIBRATION}),
     Page("paper_tables", paper_page.page, PAPER, {"calibration": CALIBRATION}),
 )
@@ -98,9 +105,9 @@ def tables() -> dict[Path, str]:
 def readme() -> str:
     """Return the README with its table and its speeds as the records have them."""
     text = README.read_text(encoding="utf-8")
-    study = read_json(study_report.STUDY)
-    gain = textwrap.fill(study_report.shipped_gain(study), WIDTH)
-    text = _filled(text, "study", f"{study_report.shipped_table(study)}\n\n{gain}")
+    study = read_json(full_page.FULL)
+    found = textwrap.fill(full_page.readme_text(study), WIDTH)
+    text = _filled(text, "study", f"{full_page.readme_table(study)}\n\n{found}")
     bench: dict[str, Any] = read_json(RECORDS / "bench.json")
     return _filled(text, "speed", benchmark_pages.readme_speed(bench))
 

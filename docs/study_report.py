@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from table_text import csv_table, estimate_text, markdown_table
+from table_text import csv_table, estimate_text, markdown_table, verdict
 
 from hazbot_gym.evaluation.prices import PRICES, at_price
 from hazbot_gym.study.headline import TEST, scenarios_of
@@ -33,7 +33,6 @@ SHIELD: tuple[Column, ...] = (
     ("return", "return", 1),
 )
 LEARNED = "ppo from rules"  # its best seed is the shipped policy
-SHIPPED, EXPERT = "ppo", "fuzzy_expert"
 TIERS = ("tracks", "sonar")  # of the study of the shield
 LEAD = 1.0  # in return, or seconds of delay: from here a rule is named as better in a place
 
@@ -86,38 +85,11 @@ def shipped_gain(record: Record) -> str:
         if more >= LEAD
     ]
     return (
-        f"**In the test scenarios, `{LEARNED}` {_verdict(over_expert)} the fuzzy expert**: its "
-        f"return is higher by {estimate_text(over_expert)}. **It {_verdict(gain)} "
+        f"**In the test scenarios, `{LEARNED}` {verdict(over_expert)} the fuzzy expert**: its "
+        f"return is higher by {estimate_text(over_expert)}. **It {verdict(gain)} "
         f"`{reference}`**: its return is higher by {estimate_text(gain)}. Rules with a higher mean "
         f"return: {', '.join(higher) or 'none'}. In single environments, by {LEAD:g} s or more: "
         f"{', '.join(where) or 'none'}."
-    )
-
-
-def shipped_answer(record: Record) -> str:
-    """Return the answer to the paper's question in three sentences, for whoever has a robot."""
-    found = record["shipped"]
-    sets, reference = found["sets"], found["reference"]
-    own, expert, rule = (_means(sets[TEST][name]) for name in (LEARNED, EXPERT, reference))
-    gain, over_expert = sets[TEST][LEARNED]["return_gain"], found["over_expert"]
-    ahead = [
-        f"`{rules[0][0]}` in `{name}-v1`"
-        for name, policies in _environments(sets).items()
-        if (rules := _ahead(policies)) and rules[0][1] >= LEAD
-    ]
-    sonar = record["shield"]["sets"]["sonar"][SHIPPED]["metrics"]["contact_robot_caused"]["mean"]
-    return (
-        f"1. Where people are tracked, a learned speed policy {_verdict(over_expert)} the fuzzy "
-        f"expert: {own['delay_s']:.1f} s of delay a drive instead of {expert['delay_s']:.1f} s, "
-        f"{own['person_delay_s']:.1f} s of delay for people instead of "
-        f"{expert['person_delay_s']:.1f} s, for {own['personal_m']:.1f} m instead of "
-        f"{expert['personal_m']:.1f} m driven within 1.2 m of somebody.\n"
-        f"2. It {_verdict(gain)} the best single rule, `{reference}` ({estimate_text(gain)} s), at "
-        f"{own['contacts_per_km']:.2f} contacts by the robot per km instead of "
-        f"{rule['contacts_per_km']:.2f}; where a place is known to block, take the rule made for "
-        f"it: {', '.join(ahead) or 'none here'}.\n"
-        f"3. With four sonars alone the learned policy causes a contact in {100 * sonar:.1f} % of "
-        "the drives: track people, or use other sensors, before it drives among them."
     )
 
 
@@ -148,10 +120,6 @@ def csv_of(sets: Record) -> str:
     )
 
 
-def _means(found: Record) -> dict[str, float]:
-    return {name: estimate["mean"] for name, estimate in found["metrics"].items()}
-
-
 def _environments(sets: Record) -> Record:
     """Return the test scenarios of each environment, by its name."""
     first = f"{TEST}/"
@@ -163,15 +131,6 @@ def _ahead(block: Record) -> list[tuple[str, float]]:
     means = {policy: found["metrics"]["return"]["mean"] for policy, found in block.items()}
     more = [(policy, mean - means[LEARNED]) for policy, mean in means.items()]
     return sorted((each for each in more if each[1] > 0.0), key=lambda each: -each[1])
-
-
-def _verdict(gain: Record) -> str:
-    """Return how a paired difference in return compares with zero, by its interval."""
-    if gain["high"] < 0.0:
-        return "earns less than"
-    if gain["low"] > 0.0:
-        return "earns more than"
-    return "does not clearly earn more than"
 
 
 def _cells(found: Record, columns: Sequence[Column]) -> Iterator[str]:

@@ -21,6 +21,15 @@ def estimate_text(estimate: Mapping[str, float], digits: int = 1, *, scale: floa
     return f"{mean} ({low} to {high})"
 
 
+def verdict(gain: Mapping[str, float]) -> str:
+    """Return how a paired difference in return compares with zero, by its interval."""
+    if gain["high"] < 0.0:
+        return "earns less than"
+    if gain["low"] > 0.0:
+        return "earns more than"
+    return "does not clearly earn more than"
+
+
 def csv_table(titles: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """Return rows as CSV with a line of titles; None is an empty cell."""
     text = io.StringIO()

@@ -17,6 +17,7 @@ from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 import animations
+import full_page
 import results
 import study_report
 import table_text
@@ -159,6 +160,12 @@ def scenario_list() -> str:
 def of_study(make: Callable[[JsonObject], str]) -> Callable[[], str]:
     """Return a maker of what the studies of the shipped policy show."""
     return lambda: make(read_json(study_report.STUDY))
+
+
+def full_answer() -> str:
+    """Return the answer of the study of every algorithm to the paper's question."""
+    shield = read_json(study_report.STUDY)["shield"]
+    return full_page.answer(read_json(full_page.FULL), shield)
 
 
 def results_figure(name: str, *words: str) -> str:
@@ -365,6 +372,7 @@ MAKERS: dict[str, Callable[..., str]] = {
         robots_stuck,
         robots_table,
         browser_rates,
+        full_answer,
         results_figure,
         policy_table,
         policy_classes,
@@ -376,7 +384,6 @@ MAKERS: dict[str, Callable[..., str]] = {
     for make in (
         study_report.shipped_table,
         study_report.shipped_prices,
-        study_report.shipped_answer,
         study_report.shipped_gain,
         study_report.shield_table,
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from full_page import REAL, ahead_of_best_rule, readme_table, readme_text
+from full_page import REAL, ahead_of_best_rule, answer, readme_table, readme_text, real_people
 from keep_search import kept
 
 from tests.refusals import says
@@ -57,8 +57,13 @@ def test_ahead_of_the_best_rule_is_who_has_an_interval_above_it(
     says(readme_text(found), f"(`idm, tuned`) ... {'`ppo from nothing`' if ahead else 'none'}.")
 
 
-def test_a_loss_among_real_people_is_told_beside_the_gain() -> None:
+def test_the_best_rule_and_the_best_learned_policy_among_real_people_are_named() -> None:
     text = readme_text(record(320.0, 290.0))
+    says(text, "as recorded `idm, tuned` (310.0) and `ppo from nothing` (290.0); reactive `idm")
+
+
+def test_a_loss_among_real_people_is_told() -> None:
+    text = real_people(record(320.0, 290.0))
     says(text, "as recorded, the best rule is `idm, tuned` (310.0) ... higher mean: none")
     says(text, "reactive ... clearly better are none, clearly worse `ppo from nothing`.")
 
@@ -70,6 +75,21 @@ def test_the_table_for_the_readme_has_real_people_beside_the_test_scenarios() ->
         best == "| `ppo from nothing` | 320.0 | 1.0 | 1.00 | 1.0 | 1.00 | 100.0 | 290.0 | 290.0 |"
     )
     assert "10 test scenarios in 1 environments" in table
+
+
+@pytest.mark.parametrize(
+    ("learned", "compared", "ahead"),
+    [(320.0, "earns more than", "`ppo from nothing`"), (305.0, "earns less than", "none")],
+)
+def test_the_answer_is_three_sentences_and_follows_the_intervals(
+    learned: float, compared: str, ahead: str
+) -> None:
+    sonar = {"ppo": {"metrics": {"contact_robot_caused": estimate(0.02)}}}
+    sentences = answer(record(learned, 290.0), {"sets": {"sonar": sonar}}).splitlines()
+    assert [each[:3] for each in sentences] == ["1. ", "2. ", "3. "]
+    says(sentences[0], "`ppo from nothing`, earns more than the fuzzy expert")
+    says(sentences[1], f"It {compared} the best tuned rule, `idm, tuned` ... rule {ahead}.")
+    says(sentences[2], "`idm, tuned` (310.0) ... `ppo from nothing` (290.0) ... in 2.0 % of the")
 
 
 def test_searches_count_as_many_trials_as_the_shortest_has() -> None:

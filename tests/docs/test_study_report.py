@@ -9,7 +9,6 @@ from keep_study import KEPT, record_of
 from study_report import (
     csv_of,
     shield_table,
-    shipped_answer,
     shipped_gain,
     shipped_prices,
     shipped_table,
@@ -82,18 +81,6 @@ def test_where_no_rule_earns_more_the_result_says_so() -> None:
         del block["idm"]
     text = shipped_gain(found)
     says(text, "higher mean return: none. In ... by 1 s or more: none.")
-
-
-@pytest.mark.parametrize(("gain", "verdict"), [(3.0, "earns more than"), (-3.0, "earns less than")])
-def test_the_answer_is_three_sentences_and_follows_the_intervals(gain: float, verdict: str) -> None:
-    found = shipped(gain)
-    sonar = {"ppo": policy(0.0, contact_robot_caused=0.02)}
-    found["shield"] = {"sets": {"sonar": sonar}}
-    sentences = shipped_answer(found).splitlines()
-    assert [each[:3] for each in sentences] == ["1. ", "2. ", "3. "]
-    says(sentences[0], "earns more than the fuzzy expert: 1.5 s")
-    says(sentences[1], f"It {verdict} the best single rule, `mpc` ({gain:.1f} (")
-    says(sentences[2], "a contact in 2.0 % of the drives")
 
 
 def test_contacts_are_in_percent_with_intervals_tracked_people_first() -> None:
