@@ -65,6 +65,7 @@ def page(template: str, record: Record, *, name: str, search: Record) -> str:
     block = _headline(record)
     runs = [run for seeds in record["runs"].values() for run in seeds]
     session = record["sessions"][-1]
+    medians = sorted((_seconds(record, learner) for learner in record["runs"]), key=int)
     return Template(template).substitute(
         record=name,
         processor=record["machine"]["processor"],
@@ -85,6 +86,8 @@ def page(template: str, record: Record, *, name: str, search: Record) -> str:
         searches=_searches(search),
         tuned="\n".join(f"- `{spec}`" for spec in record["tuned"].values()),
         trainings=len(runs),
+        least_s=medians[0],
+        most_s=medians[-1],
         core_hours=f"{sum(run['training_seconds'] for run in runs) / 3600:.1f}",
         minutes=f"{session['seconds'] / 60:.0f}",
         prepared=session["prepared"],
@@ -290,13 +293,13 @@ def real_people(record: Record) -> str:
     sentences = []
     for name, what in REAL.items():
         block = record["sets"][name]
-        best = max(record["rules"], key=lambda rule: _return(block[rule]))
+        best = max(_return(block[rule]) for rule in record["rules"])
         learned = _learned(record)
-        above = [policy for policy in learned if _return(block[policy]) > _return(block[best])]
+        above = [policy for policy in learned if _return(block[policy]) > best]
         clear = [policy for policy in learned if block[policy]["return_gain"]["low"] > 0.0]
         worse = [policy for policy in learned if block[policy]["return_gain"]["high"] < 0.0]
         sentences.append(
-            f"Among real people {what}, the best rule is `{best}` ({_return(block[best]):.1f}); "
+            f"Among real people {what}, the best rule is {_leader(block, record['rules'])}; "
             f"learned policies with a higher mean: {_named(above)}. Compared with "
             f"`{record['reference']}`, clearly better are {_named(clear)}, clearly worse "
             f"{_named(worse)}."
