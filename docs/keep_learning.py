@@ -1,7 +1,8 @@
 """Keep a study of how PPO learns: ``python docs/keep_learning.py learning=DIR``.
 
 ``learning`` is a study with ``configs/study_crossing.yaml``, ``ablations`` one with
-``configs/study_ablations.yaml``, ``from_nothing`` one with ``configs/study_from_nothing.yaml``.
+``configs/study_ablations.yaml``, ``from_nothing`` one with ``configs/study_from_nothing.yaml``,
+``inspection`` one with ``configs/study_inspection.yaml``.
 Writes the record of that name into ``benchmarks/`` and the learning curves as a picture.
 """
 
@@ -27,7 +28,7 @@ from hazbot_gym.utils.files import read_json, write_json, write_text
 
 ROOT = Path(__file__).parents[1]
 RECORDS, IMAGES = ROOT / "benchmarks", ROOT / "docs" / "images"
-NAMES = ("learning", "ablations", "from_nothing")
+NAMES = ("learning", "ablations", "from_nothing", "inspection")
 METRICS = ("return", "delay_s", "discomfort_s", "personal_m", "arrived", "contacts_per_km")
 COLUMNS, LEAST_HEIGHT_IN = 3, 3.2
 TITLE_WIDTH = 30  # characters

@@ -76,6 +76,7 @@ PAGES = (
     Page("prices", prices_page.page, RECORDS / "prices.json"),
     Page("learning", learning_page.page, RECORDS / "learning.json"),
     Page("from_nothing", learning_page.from_nothing, RECORDS / "from_nothing.json"),
+    Page("inspection", learning_page.from_nothing, RECORDS / "inspection.json"),
     Page("ablations", learning_page.ablations, RECORDS / "ablations.json"),
     Page(
         "algorithms",
