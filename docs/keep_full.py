@@ -7,12 +7,12 @@ curves of all seeds as a picture.
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from full_page import FULL, REAL
 from keep_learning import IMAGES, curves, runs
+from keep_study import block_of
 
 from hazbot_gym.evaluation.prices import RETURNS
 from hazbot_gym.study import costs, store
@@ -20,7 +20,7 @@ from hazbot_gym.study.answer import learned
 from hazbot_gym.study.candidates import TUNED
 from hazbot_gym.study.headline import headline
 from hazbot_gym.study.report import page
-from hazbot_gym.study.results import SetResults, Summary, mean_return
+from hazbot_gym.study.results import Summary, mean_return
 from hazbot_gym.study.summary import summarise_set
 from hazbot_gym.utils.files import read_json, write_json, write_text
 
@@ -60,19 +60,6 @@ def kept(folder: Path) -> dict[str, Any]:
         },
         "sessions": costs.read(folder / store.COSTS).sessions,
         "runs": runs(study.config, rows, folder),
-    }
-
-
-def block_of(found: SetResults, metrics: Sequence[str]) -> dict[str, Any]:
-    """Return some metrics of all policies in a set, and their gains over the reference."""
-    return {
-        policy: {
-            "episodes": each["episodes"],
-            "training_seeds": each["training_seeds"],
-            "metrics": {metric: each["metrics"][metric] for metric in metrics},
-            "return_gain": each["return_gain"],
-        }
-        for policy, each in found.items()
     }
 
 

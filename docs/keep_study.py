@@ -8,6 +8,7 @@ not given stays as it is.
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from study_report import LEARNED, STUDY, TIERS
@@ -16,7 +17,7 @@ from hazbot_gym.evaluation.metrics import HEADLINE
 from hazbot_gym.evaluation.prices import RETURNS
 from hazbot_gym.study import store
 from hazbot_gym.study.report import page
-from hazbot_gym.study.results import Summary
+from hazbot_gym.study.results import SetResults, Summary
 from hazbot_gym.study.summary import summarise_set
 from hazbot_gym.utils.files import read_json, write_json
 from hazbot_gym.utils.json_object import JsonObject
@@ -31,17 +32,21 @@ def record_of(summary: Summary) -> JsonObject:
         "study": summary["study"],
         "reference": summary["reference"],
         "sets": {
-            name: {
-                policy: {
-                    "episodes": found["episodes"],
-                    "training_seeds": found["training_seeds"],
-                    "metrics": {metric: found["metrics"][metric] for metric in KEPT},
-                    "return_gain": found["return_gain"],
-                }
-                for policy, found in policies.items()
-            }
-            for name, policies in summary["sets"].items()
+            name: block_of(policies, tuple(KEPT)) for name, policies in summary["sets"].items()
         },
+    }
+
+
+def block_of(found: SetResults, metrics: Sequence[str]) -> JsonObject:
+    """Return some metrics of all policies in a set, and their gains over the reference."""
+    return {
+        policy: {
+            "episodes": each["episodes"],
+            "training_seeds": each["training_seeds"],
+            "metrics": {metric: each["metrics"][metric] for metric in metrics},
+            "return_gain": each["return_gain"],
+        }
+        for policy, each in found.items()
     }
 
 

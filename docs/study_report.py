@@ -38,7 +38,7 @@ LEAD = 1.0  # in return, or seconds of delay: from here a rule is named as bette
 
 
 def shipped_table(record: Record) -> str:
-    """Return the headline for the README: learned policies and rules on the test scenarios."""
+    """Return means of learned policies and rules on the test scenarios."""
     sets = record["shipped"]["sets"]
     block, environments = sets[TEST], len(_environments(sets))
     seeds = block[LEARNED]["training_seeds"]
