@@ -37,6 +37,9 @@ const until = async (is) => {
   for (let k = 0; k < 2400 && !is(); k += 1) await wait(25);
   if (!is()) throw new Error(`never: ${is}`);
 };
+const pictures = async (count) => {
+  for (let k = 0; k < count; k += 1) await new Promise(requestAnimationFrame);
+};
 const $ = (id) => document.getElementById(id);
 await until(() => window.hazbot);
 hazbot.setPlaying(false);
@@ -188,7 +191,7 @@ def test_a_reader_drags_a_person(page: Any) -> None:
         """
         await hazbot.choose("A doorway");
         for (let k = 0; k < 30; k += 1) hazbot.step();
-        await wait(500);
+        await pictures(2);
         const inside = ({ x, y }) => Math.abs(y) < 0.8 && x > 2 && x < 10;
         const { index } = hazbot.frame.people.find(inside);
         return [index, ...hazbot.pixels(index)];

@@ -12,6 +12,9 @@ const until = async (is) => {
   for (let k = 0; k < 2400 && !is(); k += 1) await wait(25);
   if (!is()) throw new Error(`never: ${is}`);
 };
+const pictures = async (count) => {
+  for (let k = 0; k < count; k += 1) await new Promise(requestAnimationFrame);
+};
 const $ = (id) => document.getElementById(id);
 const choose = (id, value) => { $(id).value = value; $(id).dispatchEvent(new Event("change")); };
 const press = (key, type = "keydown", more = {}) => {
@@ -67,7 +70,7 @@ def test_a_person_is_dragged_with_the_pointer(browser: Any, address: str) -> Non
         await steps(10);
         const inside = (person) => Math.abs(person.y) < 1 && person.x < 12;
         const { index } = hazbot.frame.people.find(inside);
-        await wait(100);
+        await pictures(2);
         return [...hazbot.pixels(index), index];
     """,
     )
@@ -111,7 +114,7 @@ def test_people_are_led_added_and_removed_by_keys(browser: Any, address: str) ->
         press("p");
         const before = hazbot.frame.people[0].y;
         press("ArrowUp", "keydown", { shiftKey: true });
-        await wait(400);
+        await pictures(25);
         press("ArrowUp", "keyup", { shiftKey: true });
         await steps(4);
         const moved = hazbot.frame.people[0].y - before;
@@ -123,6 +126,25 @@ def test_people_are_led_added_and_removed_by_keys(browser: Any, address: str) ->
     )
     assert counts == [0, 1, 0]
     assert moved > 0.1
+    assert browser.complaints == []
+
+
+def test_a_key_chooses_a_person_who_is_not_drawn_yet(browser: Any, address: str) -> None:
+    still(browser, address, "?policy=constant%3A0&people=0")
+    assert run(
+        browser,
+        """
+        window.requestAnimationFrame = () => 0;  // no pictures any more
+        press("p");
+        const seen = [$("line").textContent];
+        press("a");
+        await until(() => hazbot.frame.people.length === 1);
+        press("p");
+        press("Delete");
+        await until(() => hazbot.frame.people.length === 0);
+        return seen;
+    """,
+    ) == ["There is nobody to choose"]
     assert browser.complaints == []
 
 
@@ -190,8 +212,7 @@ def test_a_link_gives_the_same_run_again(browser: Any, address: str) -> None:
         await until(() => isSet(hazbot.scene.settings));
         press("n");
         await until(() => hazbot.scene.settings.episode === 1 && hazbot.frame.decision === 0);
-        press(".");
-        await wait(300);
+        await steps(1);
         press("r");
         await until(() => hazbot.frame.decision === 0);
     """

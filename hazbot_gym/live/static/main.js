@@ -288,8 +288,9 @@ const PRESS = {
 };
 
 function choosePerson() {
-  const people = state?.people.map(({ index }) => index).sort((a, b) => a - b) ?? [];
+  const people = lastFrame()?.people.map(({ index }) => index).sort((a, b) => a - b) ?? []; // drawn or not yet
   if (people.length) choose(people[(people.indexOf(view.chosen) + 1) % people.length]);
+  else say("There is nobody to choose");
 }
 
 function addAhead() {

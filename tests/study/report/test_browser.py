@@ -12,11 +12,15 @@ from hazbot_gym.study.report import maps
 from hazbot_gym.study.report import page as report
 
 HELPERS = """
+const wait = (ms) => new Promise((done) => setTimeout(done, ms));
+const until = async (is) => {
+  for (let k = 0; k < 3000 && !is(); k += 1) await wait(20);
+  if (!is()) throw new Error(`never: ${is}`);
+};
 const ready = async () => {
   const { dataset } = document.documentElement;
-  while (!dataset.plots || !dataset.tables) await wait(20);
+  await until(() => dataset.plots && dataset.tables);
 };
-const wait = (ms) => new Promise((done) => setTimeout(done, ms));
 const player = document.getElementById("player");
 const play = document.getElementById("play");
 const choose = (select, value) => {
@@ -56,11 +60,11 @@ def test_a_replay_plays_and_pauses(browser: Any, page: Path) -> None:
     before, after, paused = run(
         browser,
         """
-        while (player.hidden) await wait(20);
+        await until(() => !player.hidden);
         const states = [state()];
         choose(document.getElementById("rate"), "10");
         play.click();
-        while (state().time < 3) await wait(20);
+        await until(() => state().time >= 3);
         play.click();
         states.push(state());
         await wait(200);
@@ -80,7 +84,7 @@ def test_scrubbing_to_the_end_shows_how_it_ended(browser: Any, page: Path) -> No
     ends = run(
         browser,
         """
-        while (player.hidden) await wait(20);
+        await until(() => !player.hidden);
         const scrub = document.getElementById("scrub");
         scrub.value = scrub.max;
         scrub.dispatchEvent(new Event("input"));
@@ -97,7 +101,7 @@ def test_every_choice_can_be_made_and_holds_for_the_whole_page(browser: Any, pag
     sets = run(
         browser,
         """
-        while (player.hidden) await wait(20);
+        await until(() => !player.hidden);
         const selects = [...document.querySelectorAll("select:not(#rate)")];
         for (const select of selects) {
           for (const option of [...select.options]) choose(select, option.value);
@@ -116,6 +120,7 @@ const rows = () => [...document.querySelectorAll("#results tbody tr")]
   .filter((row) => row.offsetParent).length;
 const counts = () => [...names.map(traces), rows()];
 const all = document.querySelector(".key .all");
+const changed = (before) => until(() => counts().join() !== before.join());
 """
 
 
@@ -127,7 +132,7 @@ def test_every_plot_is_drawn_and_the_key_hides_a_policy_in_all(browser: Any, pag
         + """
         const before = counts();
         document.querySelector(".key button").click();
-        await wait(100);
+        await changed(before);
         return [before, counts()];
     """,
     )
@@ -153,7 +158,7 @@ def test_few_policies_are_shown_until_all_are_asked_for(
         const away = document.querySelector('.key [data-name][aria-pressed="false"]');
         for (const button of [away, all, all]) {
           button.click();
-          await wait(100);
+          await changed(states.at(-1));
           states.push(counts());
         }
         const link = document.querySelector("#results .save");
@@ -196,7 +201,7 @@ def test_a_phone_shows_everything_without_scrolling_sideways(browser: Any, page:
     wide, seen, plots = run(
         browser,
         """
-        while (player.hidden) await wait(20);
+        await until(() => !player.hidden);
         const svgs = [...document.querySelectorAll(".plot .main-svg")];
         return [
           document.documentElement.scrollWidth,
@@ -257,7 +262,7 @@ def test_space_and_arrow_keys_drive_the_player(browser: Any, page: Path) -> None
     start, later, label = run(
         browser,
         """
-        while (player.hidden) await wait(20);
+        await until(() => !player.hidden);
         player.focus();
         const press = (key) => document.activeElement.dispatchEvent(
           new KeyboardEvent("keydown", { key, bubbles: true }),
