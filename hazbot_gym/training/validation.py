@@ -9,6 +9,7 @@ import numpy as np
 
 from hazbot_gym.core.ssm import SsmThresholds
 from hazbot_gym.evaluation import batch_rollout, rollout
+from hazbot_gym.evaluation.encounters import Row
 from hazbot_gym.evaluation.metrics import means, measure
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.training.config import TrainConfig, split
@@ -18,23 +19,42 @@ ROOT = 0  # root of the seeds: all runs share the validation scenarios
 Validated = dict[str, float | None]  # mean of each metric; None if undefined in all episodes
 
 
-def validate(policy: Policy, config: TrainConfig) -> Validated:
+def validate(policy: Policy, config: TrainConfig, surcharge: float = 0.0) -> Validated:
     """Return the mean of each headline metric, and of the cost, over a run's validation scenarios.
 
-    The name of a scenario set enters its seeds, and no set of a study has these names.
+    With several environments the mean return in each is there, too: ``return/Doorway-v1``. The name
+    of a scenario set enters its seeds, and no set of a study has these names.
 
     Args:
         policy: A deterministic policy.
         config: Config of the run.
+        surcharge: Price of nearness above that of the environments [s of delay per s of
+            discomfort].
     """
-    rows = []
+    rows = dict[str, list[Row]]()
     episodes = split(config.validation.episodes, len(config.env))
     for env, each, count in zip(config.env, config.environments(), episodes, strict=True):
         seeds = [rollout.episode_seed(ROOT, f"validation of {env}", i) for i in range(count)]
         limit, threads = each.max_episode_steps, config.threads
         runs = batch_rollout.run_episodes(each, policy, seeds, limit=limit, threads=threads)
-        rows += [measure(episode, SsmThresholds()) for episode, _ in runs] if seeds else []
-    return {**means(rows), "cost": float(np.mean([row["cost"] for row in rows]))}
+        found = [measure(episode, SsmThresholds()) for episode, _ in runs] if seeds else []
+        rows.setdefault(env, []).extend(_at_price(row, surcharge) for row in found)
+    pooled = [row for found in rows.values() for row in found]
+    cost = float(np.mean([row["cost"] for row in pooled]))
+    return {**means(pooled), "cost": cost, **(_by_env(rows) if len(rows) > 1 else {})}
+
+
+def _at_price(row: Row, surcharge: float) -> Row:
+    discomfort_s = cast(float, row["discomfort_s"])
+    return {**row, "return": cast(float, row["return"]) - surcharge * discomfort_s}
+
+
+def _by_env(rows: Mapping[str, Sequence[Row]]) -> Validated:
+    """Return the mean return in each environment."""
+    return {
+        f"return/{env.rpartition('/')[2]}": _mean([cast(float, row["return"]) for row in found])
+        for env, found in rows.items()
+    }
 
 
 def validate_at_prices(
@@ -47,11 +67,7 @@ def validate_at_prices(
         usual: The price of the environments.
         config: Config of the run.
     """
-    found = []
-    for price, policy in policies.items():
-        row = validate(policy, config)
-        extra = (price - usual) * cast(float, row["discomfort_s"])
-        found.append({**row, "return": cast(float, row["return"]) - extra})
+    found = [validate(policy, config, price - usual) for price, policy in policies.items()]
     return {name: _mean([row[name] for row in found]) for name in found[0]}
 
 

@@ -159,6 +159,12 @@ def test_a_validation_is_the_mean_over_prices_with_the_return_at_each() -> None:
         other["return"] - 12.0 * other["discomfort_s"],
     )
     assert found["return"] == pytest.approx(sum(returns) / 2)
+    both = {"env": ["Corridor-v1", "Crossing-v1"], "validation": {"episodes": 6}}
+    found = validate_at_prices(
+        {1.0: brisk, 16.0: slow}, 4.0, TrainConfig(**{**RUN, "overrides": CROWD, **both})
+    )
+    parts = found["return/Corridor-v1"], found["return/Crossing-v1"]
+    assert found["return"] == pytest.approx(sum(parts) / 2)
 
 
 def test_a_run_without_prices_is_the_run_it_was() -> None:

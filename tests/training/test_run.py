@@ -266,7 +266,10 @@ def test_other_observations_are_trained_on_and_driven_with(name: str, tmp_path: 
 
 def test_several_environments_are_trained_on_side_by_side(tmp_path: Path) -> None:
     env = ["hazbot_gym/Corridor-v1", "hazbot_gym/Doorway-v1"]
-    assert train(tiny(env=env), tmp_path).best["return"] is not None
+    best = train(tiny(env=env), tmp_path).best
+    corridor, doorway = best["return/Corridor-v1"], best["return/Doorway-v1"]
+    assert corridor != doorway
+    assert best["return"] == pytest.approx((corridor + doorway) / 2)  # type: ignore[operator]
 
 
 def curves_of(run: Path) -> EventAccumulator:
