@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from full_page import FULL, REAL
+from full_record import FULL, REAL
 from keep_learning import IMAGES, curves, runs
 from keep_study import block_of
 

@@ -12,6 +12,8 @@ import benchmark_pages
 import cluster_page
 import coverage_page
 import full_page
+import full_record
+import full_summary
 import learning_page
 import offline_page
 import paper_page
@@ -81,7 +83,7 @@ PAGES = (
     Page(
         "algorithms",
         full_page.page,
-        full_page.FULL,
+        full_record.FULL,
         {"search": RECORDS / "search.json"},
     ),
     Page("paper", paper_page.page, PAPER, {"calibration": CALIBRATION}),
@@ -106,9 +108,9 @@ def tables() -> dict[Path, str]:
 def readme() -> str:
     """Return the README with its table and its speeds as the records have them."""
     text = README.read_text(encoding="utf-8")
-    study = read_json(full_page.FULL)
-    found = textwrap.fill(full_page.readme_text(study), WIDTH)
-    text = _filled(text, "study", f"{full_page.readme_table(study)}\n\n{found}")
+    study = read_json(full_record.FULL)
+    found = textwrap.fill(full_summary.readme_text(study), WIDTH)
+    text = _filled(text, "study", f"{full_summary.readme_table(study)}\n\n{found}")
     bench: dict[str, Any] = read_json(RECORDS / "bench.json")
     return _filled(text, "speed", benchmark_pages.readme_speed(bench))
 

@@ -17,7 +17,8 @@ from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 import animations
-import full_page
+import full_record
+import full_summary
 import results
 import study_report
 import table_text
@@ -165,7 +166,7 @@ def of_study(make: Callable[[JsonObject], str]) -> Callable[[], str]:
 def full_answer() -> str:
     """Return the answer of the study of every algorithm to the paper's question."""
     shield = read_json(study_report.STUDY)["shield"]
-    return full_page.answer(read_json(full_page.FULL), shield)
+    return full_summary.answer(read_json(full_record.FULL), shield)
 
 
 def results_figure(name: str, *words: str) -> str:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from full_page import REAL, ahead_of_best_rule, answer, readme_table, readme_text, real_people
+from full_page import real_people
+from full_record import REAL, ahead_of_best_rule
+from full_summary import answer, readme_table, readme_text
 from keep_search import kept
 
 from tests.refusals import says
