@@ -1,4 +1,4 @@
-"""Training benchmark: decisions per second, and time to match the fuzzy expert.
+"""Training benchmark: decisions per second beside CartPole-v1's steps, and time to the expert.
 
 Every run is a separate ``hazbot train`` process: its time includes imports, loading of compiled
 code, validations and checkpoints. Its policy is then compared with the fuzzy expert on paired
@@ -19,6 +19,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import gymnasium
+
+from hazbot_gym.bench.cases import CARTPOLE, Stepper
+from hazbot_gym.bench.run import ratio, seconds
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.evaluation import rollout
 from hazbot_gym.evaluation.statistics.pareto import AXES, dominates
@@ -36,6 +40,7 @@ EPISODES = 1000  # paired, split among a run's environments
 ROOT = 20261127  # of their seeds
 SEEDS = 5  # runs
 TURNS = 3  # of the two engines, alternating
+CARTPOLE_STEPS = 200_000  # of a turn
 UPDATES = 30  # of a turn on the batched engine
 REFERENCE_WORLDS = 8  # of pymunk, or one for each environment
 KEPT = (*AXES, "return", "arrived", "contact_robot_caused")
@@ -95,6 +100,7 @@ def goals(runs: list[Record], speed: Record) -> Record:
     peak_gb = max(run["peak_bytes"] for run in runs) / 1e9
     found = {
         "decisions a second": ("at least", 50_000.0, float(speed["batched"])),
+        f"times the steps of {CARTPOLE}": ("at least", 1.0, speed["to_cartpole"]),
         "times the same PPO on pymunk": ("at least", 8, speed["ratio"]),
         "seconds to a policy not dominated by the fuzzy expert, median": (
             "at most",
@@ -156,17 +162,25 @@ def judge(policy: str, config: TrainConfig, episodes: int) -> Record:
 
 
 def speed(path: Path, config: TrainConfig) -> Record:
-    """Return decisions per second of the same PPO on the batched engine and on pymunk."""
-    cases = speed_cases(config)
-    rates: dict[str, list[float]] = {name: [] for name in cases}
+    """Return decisions per second of the same PPO on the batched engine and on pymunk.
+
+    Beside them, in each turn, the steps per second of CartPole-v1 of ``gymnasium.make`` with random
+    actions and resets, without any learning. An action that is held counts for all its decisions.
+    """
+    cases, cartpole = speed_cases(config), Stepper(gymnasium.make(CARTPOLE))
+    rates: dict[str, list[float]] = {name: [] for name in (*cases, "cartpole")}
     for _ in range(TURNS):
+        rates["cartpole"].append(CARTPOLE_STEPS / seconds(cartpole, CARTPOLE_STEPS))
         for name, changes in cases.items():
             with trained(path, **changes) as (folder, _, _):
                 result = read_json(folder / RESULT)
             rates[name].append(result["steps_per_s"] * config.action_repeat)
-    ratios = (a / b for a, b in zip(rates["batched"], rates["pymunk"], strict=True))
-    medians = {name: statistics.median(each) for name, each in rates.items()}
-    return {**medians, "ratio": statistics.median(ratios), "turns": TURNS}
+    return {
+        **{name: statistics.median(each) for name, each in rates.items()},
+        "ratio": ratio(rates, "batched", "pymunk"),
+        "to_cartpole": ratio(rates, "batched", "cartpole"),
+        "turns": TURNS,
+    }
 
 
 def speed_cases(config: TrainConfig) -> dict[str, Record]:

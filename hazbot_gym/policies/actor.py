@@ -6,7 +6,8 @@ Equivalent to the deterministic action of Stable-Baselines3:
     x = h of an LSTM                              recurrent PPO (``lstm``)
     h = act(x W + b), layer by layer; y = h W + b
     clipped   action = clip(y, -1, 1)             PPO: the mean of its Gaussian
-    squashed  action = tanh(y)                    SAC: the mean, squashed; TD3: its output
+    squashed  action = tanh(y)                    SAC, PPO with squash_output: the mean, squashed;
+                                                  TD3: its output
     levels    action = 2 argmax(y) / (n - 1) - 1  DQN: the speed level of the largest value
 """
 

@@ -51,11 +51,14 @@ def actor_of(model: Any, normalize: Any = None) -> Actor:
     policy, kinds = model.policy, {kind.__name__ for kind in type(model).__mro__}
     lstm = None
     if kinds & {"PPO", "A2C", "DAgger", "RecurrentPPO"}:
-        is_discrete = hasattr(model.action_space, "n")
-        head, extractor = "levels" if is_discrete else "clipped", policy.pi_features_extractor
+        continuous = "squashed" if policy.squash_output else "clipped"
+        head = "levels" if hasattr(model.action_space, "n") else continuous
+        extractor = policy.pi_features_extractor
         modules = [*policy.mlp_extractor.policy_net, policy.action_net]
         lstm = _lstm(policy.lstm_actor) if "RecurrentPPO" in kinds else None
     elif kinds & {"SAC", "TQC", "CrossQ"}:
+        if policy.actor.use_sde:  # clips the mean before squashing it
+            raise InvalidInput("export: given use_sde=True, allowed is False, or PPO or A2C")
         head, extractor = "squashed", policy.actor.features_extractor
         modules = [*policy.actor.latent_pi, policy.actor.mu]
     elif "TD3" in kinds:

@@ -23,6 +23,7 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from hazbot_gym.errors import InvalidInput
 from hazbot_gym.policies.base import NO_CODE, Permissions
+from hazbot_gym.policies.from_sb3 import actor_of
 from hazbot_gym.task.observation import layout_in
 from hazbot_gym.training.array_ppo import ArrayPPO
 from hazbot_gym.training.asymmetric_critic import AsymmetricCriticPolicy
@@ -77,6 +78,7 @@ def make_model(config: TrainConfig, envs: VecEnv, allowed: Permissions = NO_CODE
     except (TypeError, ValueError, AssertionError, RuntimeError, MemoryError) as error:
         reason = str(error).split("__init__() ")[-1]
         raise InvalidInput(f"options: {config.algorithm} cannot use them: {reason}") from error
+    actor_of(model)  # what cannot be exported later is refused now
     if isinstance(model, ArrayPPO):
         model.threads = config.threads
     if config.residual:

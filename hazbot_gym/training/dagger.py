@@ -30,7 +30,7 @@ from hazbot_gym.evaluation import rollout
 from hazbot_gym.policies.base import Policy
 from hazbot_gym.policies.guard import Observations
 from hazbot_gym.training.config import Imitation
-from hazbot_gym.training.imitation import Demonstrations, learn, miss
+from hazbot_gym.training.imitation import Demonstrations, learn, mean_actions, miss
 
 
 class DAgger(BaseAlgorithm):
@@ -136,8 +136,7 @@ class DAgger(BaseAlgorithm):
     def miss_of(self, demonstrations: Demonstrations) -> float:
         """Return the student's mean squared error of the teacher's actions."""
         with torch.no_grad():
-            drawn = self.policy.get_distribution(demonstrations.observations).distribution
-            means = cast(torch.distributions.Distribution, drawn).mean
+            means = mean_actions(self.policy, demonstrations.observations)
             return float(miss(means, demonstrations.actions))
 
     def _get_torch_save_params(self) -> tuple[list[str], list[str]]:

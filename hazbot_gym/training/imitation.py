@@ -176,13 +176,20 @@ def learn(
 
 
 def _loss(policy: ActorCriticPolicy, demonstrations: Demonstrations) -> torch.Tensor:
-    drawn = policy.get_distribution(demonstrations.observations).distribution
-    loss = miss(cast(torch.distributions.Distribution, drawn).mean, demonstrations.actions)
+    loss = miss(mean_actions(policy, demonstrations.observations), demonstrations.actions)
     if demonstrations.returns is not None:
         values = policy.predict_values(demonstrations.observations).flatten()
         errors = (values - demonstrations.returns)[~demonstrations.returns.isnan()]
         loss = loss + errors.square().sum() / max(len(errors), 1)
     return loss
+
+
+def mean_actions(policy: ActorCriticPolicy, observations: torch.Tensor) -> torch.Tensor:
+    """Return the mean of the actions' distribution, squashed if the policy squashes it."""
+    drawn = cast(
+        torch.distributions.Distribution, policy.get_distribution(observations).distribution
+    )
+    return torch.tanh(drawn.mean) if policy.squash_output else drawn.mean
 
 
 def miss(means: torch.Tensor, actions: torch.Tensor) -> torch.Tensor:

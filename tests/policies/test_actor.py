@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import torch
 from sb3_contrib import QRDQN, TQC, CrossQ, RecurrentPPO
-from stable_baselines3 import DQN, PPO, SAC, TD3
+from stable_baselines3 import A2C, DQN, PPO, SAC, TD3
 from stable_baselines3.common.torch_layers import FlattenExtractor
 from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 
@@ -97,6 +97,34 @@ def test_actions_are_those_of_the_model(
     expected, _ = model.predict(seen(), deterministic=True)
     assert actor_of(model).act(seen())[0] == pytest.approx(expected, abs=1e-5)
     assert np.std(expected) > 0.01
+
+
+@pytest.mark.parametrize("is_squashed", [False, True])
+@pytest.mark.parametrize("algorithm", [PPO, A2C])
+def test_an_on_policy_actor_may_squash_its_mean(
+    algorithm: Any, is_squashed: bool, blank: Any, seen: Any
+) -> None:
+    model = algorithm(
+        "MlpPolicy",
+        blank(),
+        seed=0,
+        device="cpu",
+        use_sde=True,
+        policy_kwargs={"net_arch": [64, 64], "squash_output": is_squashed},
+    )
+    with torch.no_grad():
+        model.policy.action_net.weight.mul_(100.0)  # which starts small
+    expected, _ = model.predict(seen(), deterministic=True)
+    assert actor_of(model).act(seen())[0] == pytest.approx(expected, abs=1e-5)
+    assert np.std(expected) > 0.05
+
+
+@pytest.mark.parametrize("algorithm", [SAC, TQC])
+def test_noise_that_depends_on_the_state_has_no_plain_form_off_policy(
+    algorithm: Any, blank: Any
+) -> None:
+    with refused("export ... use_sde=True ... False"):
+        actor_of(algorithm("MlpPolicy", blank(), seed=0, device="cpu", use_sde=True))
 
 
 def test_batch_normalizations_are_folded_into_layers(blank: Any, seen: Any) -> None:

@@ -49,10 +49,16 @@ def test_an_answer_that_is_clipped_to_the_teachers_is_no_miss() -> None:
     assert miss(torch.tensor([[1.7], [0.8], [-0.9], [0.5]]), teacher) > 0.0
 
 
-@pytest.mark.parametrize("is_timed", [False, True])
-def test_the_student_does_what_the_teacher_does(tmp_path: Path, *, is_timed: bool) -> None:
-    shaping = "free_drive" if is_timed else "none"
-    config = quick(asymmetric_critic=is_timed, shaping=shaping)
+TIMED = {"asymmetric_critic": True, "shaping": "free_drive"}
+SQUASHED = {
+    "options": {**QUICK["options"], "use_sde": True},
+    "network": {**QUICK["network"], "squash_output": True},
+}
+
+
+@pytest.mark.parametrize("changes", [{}, TIMED, SQUASHED], ids=["plain", "timed", "squashed"])
+def test_the_student_does_what_the_teacher_does(tmp_path: Path, changes: dict[str, Any]) -> None:
+    config = quick(**changes)
     result = train(config, tmp_path / "run")
     student, teacher = policies.make(f"learned:{result.policy}"), policies.make("fuzzy_expert")
     envs = CorridorVectorEnv(64, config.environments()[0])
