@@ -7,7 +7,7 @@ import json
 import zipfile
 import zlib
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -17,7 +17,8 @@ from hazbot_gym.policies.base import Policy
 from hazbot_gym.policies.guard import Actions, Flags, Guarded, Observations
 from hazbot_gym.policies.layer import Layer
 from hazbot_gym.policies.lstm import Lstm
-from hazbot_gym.task.action import speed_action
+from hazbot_gym.task.action import SPEED_LEVELS, speed_action
+from hazbot_gym.task.observation import Layout, known_layout
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
@@ -50,6 +51,8 @@ def actor_of(model: Any, normalize: Any = None) -> Actor:
     """
     policy, kinds = model.policy, {kind.__name__ for kind in type(model).__mro__}
     lstm = None
+    if policy is not None:
+        _check_actions(model.action_space, "export")
     if kinds & {"PPO", "A2C", "DAgger", "RecurrentPPO"}:
         continuous = "squashed" if policy.squash_output else "clipped"
         head = "levels" if hasattr(model.action_space, "n") else continuous
@@ -83,6 +86,48 @@ def actor_of(model: Any, normalize: Any = None) -> Actor:
     return _with_feature_mask(Actor(layers, activation, head, statistics, lstm), extractor)
 
 
+def _check_actions(space: Any, name: str) -> None:
+    """Refuse actions that a wrapper has changed: what they command cannot be known.
+
+    Args:
+        space: Action space of a model.
+        name: What is refused, for the message.
+
+    Raises:
+        InvalidInput: The space is not that of an environment.
+    """
+    if hasattr(space, "n"):
+        is_known = space.n == len(SPEED_LEVELS)
+    else:
+        low, high = getattr(space, "low", None), getattr(space, "high", None)
+        is_known = space.shape == (1,) and low == -1.0 and high == 1.0
+    if not is_known:
+        raise InvalidInput(
+            f"{name}: given actions {space}, allowed are those of the environments, from -1 to 1 "
+            f"or {len(SPEED_LEVELS)} levels"
+        )
+
+
+def check_bounds(model: Any, layout: Layout, name: str) -> None:
+    """Refuse observations that a wrapper has changed: the model needs them changed alike.
+
+    Args:
+        model: A model; its observations may go on after those of the layout.
+        layout: Layout of the environments' observations.
+        name: What is refused, for the message.
+
+    Raises:
+        InvalidInput: The bounds of its observations are not those of the layout.
+    """
+    space = model.observation_space
+    ends = ((space.low, layout.low), (space.high, layout.high))
+    if not all(np.array_equal(given[: layout.width], own) for given, own in ends):
+        raise InvalidInput(
+            f"{name}: given observations from {space.low.min():g} to {space.high.max():g}, other "
+            "bounds than the environments': allowed are observations that no wrapper changed"
+        )
+
+
 def _with_feature_mask(actor: Actor, extractor: Any) -> Actor:
     """Return an actor with zero weights for the entries masked by a model's ``FeatureMask``."""
     kind = type(extractor).__name__
@@ -103,6 +148,8 @@ def _lstm(module: Any) -> Lstm:
     """Return torch's LSTM; its two biases are summed."""
     if module.num_layers != 1:
         raise InvalidInput(f"export: given an LSTM of {module.num_layers} layers, allowed is 1")
+    if not module.bias or module.proj_size or module.bidirectional:
+        raise InvalidInput("export: given lstm_kwargs, allowed is an LSTM without options")
     inputs, hidden, *biases = (weights.detach().cpu().numpy() for weights in module.parameters())
     return Lstm(Layer(np.ascontiguousarray(np.hstack([inputs, hidden]).T), sum(biases)))
 
@@ -204,11 +251,12 @@ def _load(loader: str, path: Path) -> BaseAlgorithm:
 
 
 def _checked(model: BaseAlgorithm, path: Path) -> BaseAlgorithm:
-    """Return the model if it has flat observations and finite weights, else raise."""
+    """Return the model if spaces are an environment's and weights finite, else raise."""
     if len(model.observation_space.shape or ()) != 1:
         raise InvalidInput(
             f"policy: {str(path)!r} takes {model.observation_space}, allowed are flat observations"
         )
+    _check_actions(model.action_space, f"policy: {str(path)!r}")
     if not all(bool(weights.isfinite().all()) for weights in model.policy.state_dict().values()):
         raise InvalidInput(f"policy: {str(path)!r} holds weights that are not finite")
     return model
@@ -218,7 +266,7 @@ class _Model(Guarded):
     """An SB3 model as a policy, with discrete levels mapped to continuous actions."""
 
     def __init__(self, model: BaseAlgorithm) -> None:
-        self._model = model
+        self._model, self._layout = model, cast(Layout | None, None)  # that was checked
         (self._width,) = model.observation_space.shape or ()
 
     def act(
@@ -232,6 +280,10 @@ class _Model(Guarded):
                 f"tier: given observations of {np.shape(observation)[-1]} entries, this policy was "
                 f"trained on {self._width}"
             )
+        layout = known_layout(self._width)
+        if layout is not None and layout is not self._layout:
+            check_bounds(self._model, layout, "policy")
+            self._layout = layout
         action, state = self._model.predict(
             observation, _rows_second(state), starts, deterministic=True
         )

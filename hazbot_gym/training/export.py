@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from hazbot_gym.errors import InvalidInput
-from hazbot_gym.policies.actor_file import Trained, card, describe, write
-from hazbot_gym.policies.from_sb3 import actor_of
+from hazbot_gym.policies.actor_file import Trained, card, describe, layout_of_table, write
+from hazbot_gym.policies.from_sb3 import actor_of, check_bounds
 from hazbot_gym.policies.price_input import PriceInput
 from hazbot_gym.task.observation import Layout
 from hazbot_gym.utils.files import write_bytes, write_text
@@ -56,6 +56,8 @@ def export_model(
         training=training,
         results=results,
     )
+    if normalize is None:
+        check_bounds(model, layout_of_table(trained.about), "export")
     export_actor(trained, path, overwrite=overwrite)
     return trained
 

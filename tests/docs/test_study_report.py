@@ -83,12 +83,13 @@ def test_where_no_rule_earns_more_the_result_says_so() -> None:
     says(text, "higher mean return: none. In ... by 1 s or more: none.")
 
 
-def test_contacts_are_in_percent_with_intervals_tracked_people_first() -> None:
+def test_contacts_are_in_percent_with_intervals_test_scenarios_first() -> None:
     block = {"ppo": policy(0.0, contact_robot_caused=0.02)}
-    table = shield_table({"shield": {"sets": {"sonar": block, "tracks": block}}})
-    first, second = table.splitlines()[2:]
-    assert first.startswith("| tracks | `ppo` | 1,000 | 2.000 (1.000 to 3.000) |")
-    assert second.startswith("| sonar |")
+    sets = dict.fromkeys(("sonar", "tracks", "test"), block)
+    first, second, third = shield_table({"shield": {"sets": sets}}).splitlines()[2:]
+    assert first.startswith("| test | `ppo` | 1,000 | 2.000 (1.000 to 3.000) |")
+    assert second.startswith("| tracks |")
+    assert third.startswith("| sonar |")
 
 
 def test_the_csv_has_a_line_for_each_set_policy_and_metric() -> None:

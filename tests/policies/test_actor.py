@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import torch
+from gymnasium.wrappers import RescaleAction
 from sb3_contrib import QRDQN, TQC, CrossQ, RecurrentPPO
 from stable_baselines3 import A2C, DQN, PPO, SAC, TD3
 from stable_baselines3.common.torch_layers import FlattenExtractor
 from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 
+from hazbot_gym import policies
 from hazbot_gym.policies.actor import Actor, Normalisation
 from hazbot_gym.policies.from_sb3 import actor_of
 from hazbot_gym.policies.layer import Layer
@@ -211,6 +214,31 @@ def test_what_has_no_plain_form_is_refused_in_one_line(blank: Any) -> None:
     own = {"features_extractor_class": type("Mine", (FlattenExtractor,), {})}
     with refused("export ... Mine"):
         actor_of(PPO("MlpPolicy", blank(), policy_kwargs=own, device="cpu"))
+
+
+@pytest.mark.parametrize("algorithm", [PPO, SAC])
+def test_actions_that_a_wrapper_has_changed_are_refused(
+    algorithm: Any, blank: Any, tmp_path: Path
+) -> None:
+    model = algorithm("MlpPolicy", RescaleAction(blank(), np.float32(0), np.float32(1)))
+    with refused("export ... Box(0.0, 1.0 ... from -1 to 1 or 5 levels"):
+        actor_of(model)
+    model.save(tmp_path / "model.zip")
+    with refused("policy ... model.zip ... Box(0.0, 1.0 ... from -1 to 1 or 5 levels"):
+        policies.make(f"learned:path={tmp_path / 'model.zip'}", allow_pickle=True)
+
+
+def test_other_levels_than_those_of_the_environments_are_refused(blank: Any) -> None:
+    with refused("export ... Discrete(3) ... 5 levels"):
+        actor_of(DQN("MlpPolicy", blank("sonar", levels=3), device="cpu"))
+
+
+@pytest.mark.parametrize("option", [{"bias": False}, {"proj_size": 4}])
+def test_an_lstm_of_another_form_is_refused(option: dict[str, Any], blank: Any) -> None:
+    kwargs = {"lstm_hidden_size": 8, "lstm_kwargs": option}
+    model = RecurrentPPO("MlpLstmPolicy", blank(), device="cpu", policy_kwargs=kwargs)
+    with refused("export ... lstm_kwargs"):
+        actor_of(model)
 
 
 def test_an_observation_is_answered_alike_alone_and_among_others() -> None:

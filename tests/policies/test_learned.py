@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 import torch
+from gymnasium.wrappers import RescaleObservation
 from sb3_contrib import QRDQN, TQC, CrossQ
 from stable_baselines3 import DQN, PPO
 
@@ -143,6 +144,16 @@ def test_a_zip_is_loaded_where_that_is_allowed(
         policy.predict(np.zeros(12, np.float32))
     with refused("deterministic ... False"):
         policy.predict(np.zeros(51, np.float32), deterministic=False)
+
+
+def test_a_zip_that_observed_through_a_wrapper_is_refused(
+    tmp_path: Path, blank: Any, seen: Any
+) -> None:
+    env = RescaleObservation(blank(), np.float32(-1), np.float32(1))
+    PPO("MlpPolicy", env, device="cpu").save(tmp_path / "model.zip")
+    policy = policies.make(f"learned:{tmp_path / 'model.zip'}", allow_pickle=True)
+    with refused("policy ... from -1 to 1 ... no wrapper"):
+        policy.predict(seen())
 
 
 @pytest.mark.parametrize("data", ["[" * 100_000, "{}", '{"policy_class": 3}', "\x00"])
