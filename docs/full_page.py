@@ -18,6 +18,7 @@ from full_record import (
     seconds,
     seeds_of,
 )
+from learning_page import policies_table
 from table_text import estimate_text, markdown_table
 
 from hazbot_gym.study.headline import scenarios_of
@@ -47,7 +48,7 @@ REAL_TITLES = (
 )
 
 
-def page(template: str, record: Record, *, name: str, search: Record) -> str:
+def page(template: str, record: Record, *, name: str, search: Record, slow: Record) -> str:
     """Return the page: a template with its placeholders filled in.
 
     Args:
@@ -55,6 +56,7 @@ def page(template: str, record: Record, *, name: str, search: Record) -> str:
         record: Of ``docs/keep_full.py``.
         name: Of its file, from the root of the repository.
         search: Record of ``docs/keep_search.py``.
+        slow: Record of the slowest learners, of ``docs/keep_learning.py``.
     """
     block = headline(record)
     runs = [run for seeds in record["runs"].values() for run in seeds]
@@ -78,6 +80,9 @@ def page(template: str, record: Record, *, name: str, search: Record) -> str:
         exact=_exact(record),
         trials=len(next(iter(search.values()))["trials"]),
         searches=_searches(search),
+        slow_table=policies_table(slow),
+        slow_scenarios=slow["episodes"],
+        slow_above=_seeds_above(slow),
         tuned="\n".join(f"- `{spec}`" for spec in record["tuned"].values()),
         trainings=len(runs),
         least_s=medians[0],
@@ -109,6 +114,13 @@ def _table(record: Record) -> str:
             )
         )
     return markdown_table(TITLES, rows)
+
+
+def _seeds_above(slow: Record) -> str:
+    """Return how many seeds of the slowest learners have a higher mean return than the expert."""
+    expert = slow["policies"][slow["reference"]]["return"]["mean"]
+    returns = [run["return"] for runs in slow["runs"].values() for run in runs]
+    return f"{sum(each > expert for each in returns)} of {len(returns)}"
 
 
 def _above(record: Record) -> str:

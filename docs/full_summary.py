@@ -17,6 +17,7 @@ from full_record import (
     return_of,
     seeds_of,
 )
+from study_report import many_text
 from table_text import estimate_text, markdown_table, verdict
 
 from hazbot_gym.study.default_policies import CONSTANT, family_of
@@ -81,12 +82,12 @@ def readme_text(record: Record) -> str:
     )
 
 
-def answer(record: Record, shield: Record) -> str:
+def answer(record: Record, study: Record) -> str:
     """Return the answer to the paper's question in three sentences, for whoever has a robot.
 
     Args:
         record: Of ``docs/keep_full.py``.
-        shield: Record of the study of contacts, part ``shield`` of ``benchmarks/study.json``.
+        study: Of ``docs/keep_study.py``: contacts, and many scenarios.
     """
     block, reference, rule = headline(record), record["reference"], record["best_rule"]
     best = next(policy for policy in ranked(block) if policy in learned_in(record))
@@ -95,17 +96,17 @@ def answer(record: Record, shield: Record) -> str:
     clear = [learner for learner in record["runs"] if block[learner]["return_gain"]["low"] > 0.0]
     ahead = [learner for learner in ahead_of_best_rule(record) if learner in record["runs"]]
     crowd = record["sets"]["real people, seeded"]
-    sonar = shield["sets"]["sonar"]["ppo"]["metrics"]["contact_robot_caused"]["mean"]
+    sonar = study["shield"]["sets"]["sonar"]["ppo"]["metrics"]["contact_robot_caused"]["mean"]
     return (
         f"1. Where people are tracked, a learned speed policy, `{best}`, {verdict(over_expert)} "
         f"the fuzzy expert ({estimate_text(over_expert)} s): {own['delay_s']:.1f} s of delay a "
         f"drive instead of {expert['delay_s']:.1f} s, {own['person_delay_s']:.1f} s of delay for "
         f"people instead of {expert['person_delay_s']:.1f} s, for {own['personal_m']:.1f} m "
         f"instead of {expert['personal_m']:.1f} m driven within 1.2 m of somebody.\n"
-        f"2. It {verdict(over_rule)} the best tuned rule, `{rule}` ({estimate_text(over_rule)} s); "
-        f"of {len(record['runs'])} learners with {seeds_of(record)} seeds of a minute each, those "
-        f"that clearly earn more than the expert are {named(clear)}, and more than that rule "
-        f"{named(ahead)}.\n"
+        f"2. It {verdict(over_rule)} the best tuned rule, `{rule}` ({estimate_text(over_rule)} s). "
+        f"{many_text(study)} Of {len(record['runs'])} learners with {seeds_of(record)} seeds of a "
+        f"minute each, those that clearly earn more than the expert are {named(clear)}, and more "
+        f"than that rule {named(ahead)}.\n"
         f"3. Among recorded people who react, the best rule is {leader(crowd, record['rules'])}, "
         f"the best learned policy {leader(crowd, learned_in(record))}, and with four sonars alone "
         f"the shipped policy causes a contact in {100 * sonar:.1f} % of the drives: track people, "

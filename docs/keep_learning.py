@@ -2,7 +2,9 @@
 
 ``learning`` is a study with ``configs/study_crossing.yaml``, ``ablations`` one with
 ``configs/study_ablations.yaml``, ``from_nothing`` one with ``configs/study_from_nothing.yaml``,
-``inspection`` one with ``configs/study_inspection.yaml``.
+``inspection`` one with ``configs/study_inspection.yaml``, ``longer`` one with
+``configs/study_longer.yaml``, ``tqc_crossq`` one with ``configs/study_tqc_crossq.yaml``,
+``ablations_more`` one with ``configs/study_ablations_more.yaml``.
 Writes the record of that name into ``benchmarks/`` and the learning curves as a picture.
 """
 
@@ -13,7 +15,9 @@ import textwrap
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
+from learning_page import DOORWAY
 
 from hazbot_gym.paper.plot_style import BLUE, INK, SOFT, legend, new, svg
 from hazbot_gym.study import store
@@ -28,11 +32,20 @@ from hazbot_gym.utils.files import read_json, write_json, write_text
 
 ROOT = Path(__file__).parents[1]
 RECORDS, IMAGES = ROOT / "benchmarks", ROOT / "docs" / "images"
-NAMES = ("learning", "ablations", "from_nothing", "inspection")
+NAMES = (
+    "learning",
+    "ablations",
+    "from_nothing",
+    "inspection",
+    "longer",
+    "tqc_crossq",
+    "ablations_more",
+)
 METRICS = ("return", "delay_s", "discomfort_s", "personal_m", "arrived", "contacts_per_km")
 COLUMNS, LEAST_HEIGHT_IN = 3, 3.2
 TITLE_WIDTH = 30  # characters
 EXPERT = "fuzzy_expert"
+IN_ENV = "return/"  # before an environment, in a validation
 SECONDS = ("training_seconds", "imitation_seconds", "specialists_seconds")  # of a run
 
 
@@ -84,12 +97,19 @@ def _compared(study: StudyConfig, rows: pd.DataFrame) -> dict[str, SetResults]:
 
 
 def _run(folder: Path) -> dict[str, Any]:
-    """Return time and learning curve of a run: returns on its validation scenarios."""
+    """Return time and learning curves of a run: returns on its validation scenarios."""
     result = read_json(folder / RESULT)
+    found = result["validations"]
     return {
         "training_seconds": sum(result.get(name, 0.0) for name in SECONDS),
-        "steps": [each["step"] for each in result["validations"]],
-        "returns": [each["return"] for each in result["validations"]],
+        "steps": [each["step"] for each in found],
+        "returns": [each["return"] for each in found],
+        "delays_s": [each["delay_s"] for each in found],
+        "by_env": {
+            name.removeprefix(IN_ENV): [each[name] for each in found]
+            for name in found[0]
+            if name.startswith(IN_ENV)
+        },
     }
 
 
@@ -131,10 +151,31 @@ def curves(
     return svg(figure)
 
 
+def places(record: dict[str, Any]) -> str:
+    """Draw the learning curves of all seeds: in all environments, in a doorway, in the others."""
+    (runs,) = record["runs"].values()
+    figure, axes = new(LEAST_HEIGHT_IN, 1, 3, sharex=True)
+    titles = ("all environments", DOORWAY, "the others")
+    for axis, title, curve in zip(axes, titles, zip(*map(_parts, runs), strict=True), strict=True):
+        axis.set_title(title, fontsize=9, color=INK)
+        for run, returns in zip(runs, curve, strict=True):
+            done = [step / 1e6 for step in run["steps"]]
+            axis.plot(done, returns, "o-", color=BLUE, linewidth=1.1, ms=3)
+    figure.supxlabel("million actions", fontsize=9)
+    figure.supylabel("return on validation scenarios", fontsize=9)
+    return svg(figure)
+
+
+def _parts(run: dict[str, Any]) -> tuple[list[float], list[float], list[float]]:
+    """Return a run's returns in all environments, in a doorway, and the mean in the others."""
+    others = [found for env, found in run["by_env"].items() if env != DOORWAY]
+    return run["returns"], run["by_env"][DOORWAY], np.mean(others, axis=0).tolist()
+
+
 if __name__ == "__main__":
     name, given = sys.argv[1].split("=", 1)
     if name not in NAMES:
         raise SystemExit(f"{name}: allowed are {', '.join(NAMES)}")
     record = kept(Path(given))
-    write_text(IMAGES / f"{name}.svg", curves(record))
+    write_text(IMAGES / f"{name}.svg", places(record) if name == "longer" else curves(record))
     write_json(RECORDS / f"{name}.json", record)

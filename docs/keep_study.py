@@ -1,8 +1,9 @@
 """Keep a study for the documentation: ``python docs/keep_study.py shipped=DIR``.
 
 ``shipped`` is the study that trained the shipped policy (``configs/study_from_rules.yaml``),
-``shield`` that of its contacts without and with a shield (``configs/study_shield.yaml``). A part
-not given stays as it is.
+``shield`` that of its contacts without and with a shield (``configs/study_shield.yaml``),
+``shield_test`` the same in the test scenarios (``configs/study_shield_test.yaml``), ``many`` that
+in many scenarios (``configs/study_many.yaml``). A part not given stays as it is.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from study_report import LEARNED, STUDY, TIERS
 from hazbot_gym.evaluation.metrics import HEADLINE
 from hazbot_gym.evaluation.prices import RETURNS
 from hazbot_gym.study import store
+from hazbot_gym.study.headline import TEST
 from hazbot_gym.study.report import page
 from hazbot_gym.study.results import SetResults, Summary
 from hazbot_gym.study.summary import summarise_set
@@ -51,11 +53,17 @@ def block_of(found: SetResults, metrics: Sequence[str]) -> JsonObject:
 
 
 def shipped(folder: Path) -> JsonObject:
-    """Return the record of the study of the shipped policy, with its gain over the expert, too."""
-    study = page.read(folder)
+    """Return the record of the study of the shipped policy.
+
+    With the learner's gain over the expert, too, and the mean return of each of its seeds.
+    """
+    study, rows = page.read(folder), store.read_episodes(folder / store.EPISODES)
     config = study.config.model_copy(update={"reference": EXPERT})
-    found = summarise_set(store.read_episodes(folder / store.EPISODES), config)
-    return record_of(study.summary) | {"over_expert": found[LEARNED]["return_gain"]}
+    returns = rows[rows["policy"] == LEARNED].groupby("training_seed")["return"].mean()
+    return record_of(study.summary) | {
+        "over_expert": summarise_set(rows, config)[LEARNED]["return_gain"],
+        "returns": returns.tolist(),
+    }
 
 
 def shield(folder: Path) -> JsonObject:
@@ -64,7 +72,19 @@ def shield(folder: Path) -> JsonObject:
     return record | {"sets": {tier: record["sets"][tier] for tier in TIERS}}
 
 
-PARTS = {"shipped": shipped, "shield": shield}
+def many(folder: Path) -> JsonObject:
+    """Return the record of the study with many scenarios: those of all environments together."""
+    record = record_of(page.read(folder).summary)
+    return record | {"sets": {"tracks": record["sets"]["tracks"]}}
+
+
+def shield_test(folder: Path) -> JsonObject:
+    """Return the record of the shield in the test scenarios of all environments together."""
+    record = record_of(page.read(folder).summary)
+    return record | {"sets": {TEST: record["sets"][TEST]}}
+
+
+PARTS = {"shipped": shipped, "shield": shield, "shield_test": shield_test, "many": many}
 
 if __name__ == "__main__":
     folders = dict(argument.split("=", 1) for argument in sys.argv[1:])

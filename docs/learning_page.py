@@ -6,12 +6,15 @@ import statistics
 from collections.abc import Iterator
 from string import Template
 
+import numpy as np
+import numpy.typing as npt
 from table_text import estimate_text, markdown_table
 
 from hazbot_gym.utils.json_object import JsonObject
 from hazbot_gym.utils.text_tables import shown
 
 Record = JsonObject
+Curve = npt.NDArray[np.float64]
 
 # Learners of ``configs/study_crossing.yaml`` by their names in the page's placeholders.
 LEARNERS = {
@@ -20,6 +23,8 @@ LEARNERS = {
     "own": "ppo from a qr-dqn of its own",
     "rule": "ppo from the rule",
 }
+DOORWAY = "Doorway-v1"
+MORE = ("million actions", "all environments", DOORWAY, "the others", "delay, s")
 TITLES = (
     "policy",
     "return",
@@ -57,8 +62,15 @@ def ablations(template: str, record: Record, *, name: str) -> str:
     return Template(template).substitute(_values(record), record=name)
 
 
-def from_nothing(template: str, record: Record, *, name: str) -> str:
-    """Return the page on PPO from nothing with many seeds; see ``page``."""
+def from_nothing(template: str, record: Record, *, name: str, longer: Record | None = None) -> str:
+    """Return the page on PPO from nothing with many seeds; see ``page``.
+
+    Args:
+        template: With ``$`` placeholders.
+        record: Of ``docs/keep_learning.py``.
+        name: Of its file, from the root of the repository.
+        longer: Record of longer trainings, if the page has them.
+    """
     ((learner, runs),) = record["runs"].items()
     seconds, returns = ([run[name] for run in runs] for name in ("training_seconds", "return"))
     expert = record["policies"][record["reference"]]["return"]["mean"]
@@ -72,6 +84,40 @@ def from_nothing(template: str, record: Record, *, name: str) -> str:
         gains=", ".join(
             f"`{rule}` {estimate_text(gain[learner])}" for rule, gain in record["gains"].items()
         ),
+        **({} if longer is None else _longer(longer)),
+    )
+
+
+def _longer(record: Record) -> dict[str, str]:
+    """Return the placeholders for longer trainings: how they go on, and what they come to."""
+    ((learner, runs),) = record["runs"].items()
+    steps, curves = runs[0]["steps"], _mean_curves(runs)
+    rows = [
+        (f"{step / 1e6:.2f}", *(f"{curve[k]:.1f}" for curve in curves))
+        for k, step in enumerate(steps)
+    ]
+    policies, doorway = record["policies"], curves[MORE.index(DOORWAY) - 1]
+    return {
+        "more_seeds": str(len(runs)),
+        "more_actions": f"{steps[-1] / 1e6:.0f}",
+        "more_s": f"{_seconds(runs):.0f}",
+        "more_episodes": str(record["episodes"]),
+        "more_return": estimate_text(policies[learner]["return"]),
+        "more_rule": estimate_text(policies["mpc"]["return"]),
+        "more_curve": markdown_table(MORE, rows),
+        "more_first_doorway": f"{doorway[0]:.1f}",
+        "more_last_doorway": f"{doorway[-1]:.1f}",
+    }
+
+
+def _mean_curves(runs: list[Record]) -> tuple[Curve, ...]:
+    """Return means of all runs: returns in all environments, a doorway and the others, delays."""
+    others = [curve for run in runs for env, curve in run["by_env"].items() if env != DOORWAY]
+    return (
+        np.mean([run["returns"] for run in runs], axis=0),
+        np.mean([run["by_env"][DOORWAY] for run in runs], axis=0),
+        np.mean(others, axis=0),
+        np.mean([run["delays_s"] for run in runs], axis=0),
     )
 
 
@@ -81,12 +127,16 @@ def _values(record: Record) -> dict[str, str]:
         "episodes": str(record["episodes"]),
         "reference": record["reference"],
         "seeds": str(len(next(iter(record["runs"].values())))),
-        "table": markdown_table(TITLES, list(_rows(record))),
+        "table": policies_table(record),
     }
 
 
+def policies_table(record: Record) -> str:
+    """Return a row for each policy, the highest return first."""
+    return markdown_table(TITLES, list(_rows(record)))
+
+
 def _rows(record: Record) -> Iterator[tuple[str, ...]]:
-    """Yield a row for each policy, the highest return first."""
     policies, runs = record["policies"], record["runs"]
     for policy in sorted(policies, key=lambda each: -policies[each]["return"]["mean"]):
         found = policies[policy]

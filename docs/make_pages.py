@@ -77,14 +77,19 @@ PAGES = (
     Page("coverage", coverage_page.page, RECORDS / "coverage.json"),
     Page("prices", prices_page.page, RECORDS / "prices.json"),
     Page("learning", learning_page.page, RECORDS / "learning.json"),
-    Page("from_nothing", learning_page.from_nothing, RECORDS / "from_nothing.json"),
+    Page(
+        "from_nothing",
+        learning_page.from_nothing,
+        RECORDS / "from_nothing.json",
+        {"longer": RECORDS / "longer.json"},
+    ),
     Page("inspection", learning_page.from_nothing, RECORDS / "inspection.json"),
     Page("ablations", learning_page.ablations, RECORDS / "ablations.json"),
     Page(
         "algorithms",
         full_page.page,
         full_record.FULL,
-        {"search": RECORDS / "search.json"},
+        {"search": RECORDS / "search.json", "slow": RECORDS / "tqc_crossq.json"},
     ),
     Page("paper", paper_page.page, PAPER, {"calibration": CALIBRATION}),
     Page("paper_tables", paper_page.page, PAPER, {"calibration": CALIBRATION}),
@@ -109,7 +114,8 @@ def readme() -> str:
     """Return the README with its table and its speeds as the records have them."""
     text = README.read_text(encoding="utf-8")
     study = read_json(full_record.FULL)
-    found = textwrap.fill(full_summary.readme_text(study), WIDTH)
+    many = study_report.many_text(read_json(study_report.STUDY))
+    found = textwrap.fill(f"{full_summary.readme_text(study)} {many}", WIDTH)
     text = _filled(text, "study", f"{full_summary.readme_table(study)}\n\n{found}")
     bench: dict[str, Any] = read_json(RECORDS / "bench.json")
     return _filled(text, "speed", benchmark_pages.readme_speed(bench))

@@ -32,7 +32,14 @@ SHIELD: tuple[Column, ...] = (
     ("discomfort_s", "discomfort, s", 2),
     ("return", "return", 1),
 )
-LEARNED = "ppo from rules"  # its best seed is the shipped policy
+MANY: tuple[Column, ...] = (
+    ("delay_s", "delay, s", 1),
+    ("discomfort_s", "discomfort, s", 2),
+    ("person_delay_s", "people's delay, s", 1),
+    ("contact_robot_caused", "contacts by robot, %", 3),
+    ("arrived", "arrived, %", 1),
+)
+LEARNED = "ppo from rules"  # the shipped policy is one such training
 TIERS = ("tracks", "sonar")  # of the study of the shield
 LEAD = 1.0  # in return, or seconds of delay: from here a rule is named as better in a place
 
@@ -75,7 +82,8 @@ def shipped_gain(record: Record) -> str:
     """Return how the learned policies compare with the rules, together and by environment."""
     found = record["shipped"]
     sets, reference, over_expert = found["sets"], found["reference"], found["over_expert"]
-    gain = sets[TEST][LEARNED]["return_gain"]
+    gain, returns = sets[TEST][LEARNED]["return_gain"], found["returns"]
+    mean = sets[TEST][reference]["metrics"]["return"]["mean"]
     higher = [f"`{policy}`" for policy, _ in _ahead(sets[TEST])]
     best = {name: _ahead(policies)[:1] for name, policies in _environments(sets).items()}
     where = [
@@ -87,21 +95,45 @@ def shipped_gain(record: Record) -> str:
     return (
         f"**In the test scenarios, `{LEARNED}` {verdict(over_expert)} the fuzzy expert**: its "
         f"return is higher by {estimate_text(over_expert)}. **It {verdict(gain)} "
-        f"`{reference}`**: its return is higher by {estimate_text(gain)}. Rules with a higher mean "
-        f"return: {', '.join(higher) or 'none'}. In single environments, by {LEAD:g} s or more: "
-        f"{', '.join(where) or 'none'}."
+        f"`{reference}`**: its return is higher by {estimate_text(gain)}. Of its {len(returns)} "
+        f"seeds {sum(each > mean for each in returns)} have a higher mean return than that rule; "
+        f"the lowest has {min(returns):.1f}, the highest {max(returns):.1f}. Rules with a higher "
+        f"mean return: {', '.join(higher) or 'none'}. In single environments, by {LEAD:g} s or "
+        f"more: {', '.join(where) or 'none'}."
+    )
+
+
+def many_table(record: Record) -> str:
+    """Return the shipped policy and rules in many scenarios, and ``many_text``."""
+    block = record["many"]["sets"]["tracks"]
+    columns = (*MANY, ("return", "return", 1))
+    table = markdown_table(
+        ("policy", *(title for _, title, _ in columns)),
+        [(f"`{policy}`", *_cells(each, columns)) for policy, each in block.items()],
+    )
+    return f"{table}\n\n{many_text(record)}"
+
+
+def many_text(record: Record) -> str:
+    """Return whether the shipped policy is ahead of the best rule in many scenarios."""
+    found = record["many"]
+    block, reference = found["sets"]["tracks"], found["reference"]
+    gain = block["ppo"]["return_gain"]
+    return (
+        f"In {scenarios_of(block):,} further scenarios, the shipped `ppo` {verdict(gain)} "
+        f"`{reference}`: its return is higher by {estimate_text(gain)} s."
     )
 
 
 def shield_table(record: Record) -> str:
-    """Return contacts, delay and discomfort without and with a shield, on each tier."""
-    sets = record["shield"]["sets"]
+    """Return contacts, delay and discomfort without and with a shield, in each set."""
+    sets = record["shield_test"]["sets"] | record["shield"]["sets"]
     return markdown_table(
-        ("tier", "policy", "episodes", *(title for _, title, _ in SHIELD)),
+        ("scenarios", "policy", "episodes", *(title for _, title, _ in SHIELD)),
         [
-            (tier, f"`{policy}`", f"{found['episodes']:,}", *_cells(found, SHIELD))
-            for tier in TIERS
-            for policy, found in sets[tier].items()
+            (name, f"`{policy}`", f"{found['episodes']:,}", *_cells(found, SHIELD))
+            for name in (TEST, *TIERS)
+            for policy, found in sets[name].items()
         ],
     )
 

@@ -165,8 +165,7 @@ def of_study(make: Callable[[JsonObject], str]) -> Callable[[], str]:
 
 def full_answer() -> str:
     """Return the answer of the study of every algorithm to the paper's question."""
-    shield = read_json(study_report.STUDY)["shield"]
-    return full_summary.answer(read_json(full_record.FULL), shield)
+    return full_summary.answer(read_json(full_record.FULL), read_json(study_report.STUDY))
 
 
 def results_figure(name: str, *words: str) -> str:
@@ -387,6 +386,7 @@ MAKERS: dict[str, Callable[..., str]] = {
         study_report.shipped_prices,
         study_report.shipped_gain,
         study_report.shield_table,
+        study_report.many_table,
     )
 }
 

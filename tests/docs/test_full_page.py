@@ -87,10 +87,16 @@ def test_the_answer_is_three_sentences_and_follows_the_intervals(
     learned: float, compared: str, ahead: str
 ) -> None:
     sonar = {"ppo": {"metrics": {"contact_robot_caused": estimate(0.02)}}}
-    sentences = answer(record(learned, 290.0), {"sets": {"sonar": sonar}}).splitlines()
+    tracks = {"ppo": {"episodes": 10_800, "training_seeds": 1, "return_gain": estimate(2.0)}}
+    study = {
+        "shield": {"sets": {"sonar": sonar}},
+        "many": {"reference": "mpc", "sets": {"tracks": tracks}},
+    }
+    sentences = answer(record(learned, 290.0), study).splitlines()
     assert [each[:3] for each in sentences] == ["1. ", "2. ", "3. "]
     says(sentences[0], "`ppo from nothing`, earns more than the fuzzy expert")
     says(sentences[1], f"It {compared} the best tuned rule, `idm, tuned` ... rule {ahead}.")
+    says(sentences[1], "In 10,800 further scenarios, the shipped `ppo` earns more than `mpc`")
     says(sentences[2], "`idm, tuned` (310.0) ... `ppo from nothing` (290.0) ... in 2.0 % of the")
 
 

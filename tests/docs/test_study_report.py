@@ -8,6 +8,7 @@ import pytest
 from keep_study import KEPT, record_of
 from study_report import (
     csv_of,
+    many_table,
     shield_table,
     shipped_gain,
     shipped_prices,
@@ -37,7 +38,8 @@ def shipped(gain: float) -> dict[str, Any]:
     block = {name: policy(each, discomfort_s=0.5) for name, each in gains.items()}
     sets = {"test/Crossing": block, "test/Leading": block, "test": block}
     found = record_of({"study": "x", "reference": "mpc", "sets": sets})
-    return {"shipped": found | {"over_expert": estimate(9.0 + gain)}}
+    returns = [50.0 + gain - 1.0, 50.0 + gain + 1.0]
+    return {"shipped": found | {"over_expert": estimate(9.0 + gain), "returns": returns}}
 
 
 def test_headline_for_the_readme_has_every_policy_and_counts_environments() -> None:
@@ -85,8 +87,9 @@ def test_where_no_rule_earns_more_the_result_says_so() -> None:
 
 def test_contacts_are_in_percent_with_intervals_test_scenarios_first() -> None:
     block = {"ppo": policy(0.0, contact_robot_caused=0.02)}
-    sets = dict.fromkeys(("sonar", "tracks", "test"), block)
-    first, second, third = shield_table({"shield": {"sets": sets}}).splitlines()[2:]
+    tiers = {"sets": {"sonar": block, "tracks": block}}
+    table = shield_table({"shield": tiers, "shield_test": {"sets": {"test": block}}})
+    first, second, third = table.splitlines()[2:]
     assert first.startswith("| test | `ppo` | 1,000 | 2.000 (1.000 to 3.000) |")
     assert second.startswith("| tracks |")
     assert third.startswith("| sonar |")
@@ -96,3 +99,10 @@ def test_the_csv_has_a_line_for_each_set_policy_and_metric() -> None:
     lines = csv_of({"test": {"ppo": policy(3.0)}}).splitlines()
     assert len(lines) == 1 + len(KEPT)
     assert "test,ppo,return,53.0,52.99,53.01" in lines
+
+
+def test_many_scenarios_say_whether_the_shipped_policy_is_ahead() -> None:
+    block = {"mpc": policy(0.0), "ppo": policy(3.0)}
+    text = many_table({"many": {"reference": "mpc", "sets": {"tracks": block}}})
+    assert "| `ppo` |" in text
+    assert "1,000 further scenarios, the shipped `ppo` earns more than `mpc`: its" in text
