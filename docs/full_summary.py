@@ -75,10 +75,9 @@ def readme_text(record: Record) -> str:
         if (block := record["sets"][name])
     )
     return (
-        "**In the test scenarios, these policies earn more than the best tuned rule** "
-        f"(`{record['best_rule']}`), by the interval of the paired difference: "
-        f"{named(ahead_of_best_rule(record))}. The best rule and the best learned policy among "
-        f"real people: {real}."
+        "**Clearly ahead of the best tuned rule in the test scenarios** "
+        f"(`{record['best_rule']}`): {named(ahead_of_best_rule(record))}. The best rule and the "
+        f"best learned policy among real people: {real}."
     )
 
 
@@ -103,7 +102,8 @@ def answer(record: Record, study: Record) -> str:
         f"drive instead of {expert['delay_s']:.1f} s, {own['person_delay_s']:.1f} s of delay for "
         f"people instead of {expert['person_delay_s']:.1f} s, for {own['personal_m']:.1f} m "
         f"instead of {expert['personal_m']:.1f} m driven within 1.2 m of somebody.\n"
-        f"2. It {verdict(over_rule)} the best tuned rule, `{rule}` ({estimate_text(over_rule)} s). "
+        f"2. In these {scenarios_of(block)} test scenarios it {verdict(over_rule)} the best tuned "
+        f"rule, `{rule}` ({estimate_text(over_rule)} s). "
         f"{many_text(study)} Of {len(record['runs'])} learners with {seeds_of(record)} seeds of a "
         f"minute each, those that clearly earn more than the expert are {named(clear)}, and more "
         f"than that rule {named(ahead)}.\n"

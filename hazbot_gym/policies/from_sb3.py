@@ -86,7 +86,7 @@ def actor_of(model: Any, normalize: Any = None) -> Actor:
     return _with_feature_mask(Actor(layers, activation, head, statistics, lstm), extractor)
 
 
-def _check_actions(space: Any, name: str) -> None:
+def _check_actions(space: object, name: str) -> None:
     """Refuse actions that a wrapper has changed: what they command cannot be known.
 
     Args:
@@ -99,8 +99,8 @@ def _check_actions(space: Any, name: str) -> None:
     if hasattr(space, "n"):
         is_known = space.n == len(SPEED_LEVELS)
     else:
-        low, high = getattr(space, "low", None), getattr(space, "high", None)
-        is_known = space.shape == (1,) and low == -1.0 and high == 1.0
+        low, high = (np.asarray(getattr(space, end, None)) for end in ("low", "high"))
+        is_known = low.shape == (1,) and low[0] == -1.0 and high[0] == 1.0
     if not is_known:
         raise InvalidInput(
             f"{name}: given actions {space}, allowed are those of the environments, from -1 to 1 "

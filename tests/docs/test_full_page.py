@@ -95,7 +95,7 @@ def test_the_answer_is_three_sentences_and_follows_the_intervals(
     sentences = answer(record(learned, 290.0), study).splitlines()
     assert [each[:3] for each in sentences] == ["1. ", "2. ", "3. "]
     says(sentences[0], "`ppo from nothing`, earns more than the fuzzy expert")
-    says(sentences[1], f"It {compared} the best tuned rule, `idm, tuned` ... rule {ahead}.")
+    says(sentences[1], f"it {compared} the best tuned rule, `idm, tuned` ... rule {ahead}.")
     says(sentences[1], "In 10,800 further scenarios, the shipped `ppo` earns more than `mpc`")
     says(sentences[2], "`idm, tuned` (310.0) ... `ppo from nothing` (290.0) ... in 2.0 % of the")
 
