@@ -3,8 +3,7 @@
 ``learning`` is a study with ``configs/study_crossing.yaml``, ``ablations`` one with
 ``configs/study_ablations.yaml``, ``from_nothing`` one with ``configs/study_from_nothing.yaml``,
 ``inspection`` one with ``configs/study_inspection.yaml``, ``longer`` one with
-``configs/study_longer.yaml``, ``tqc_crossq`` one with ``configs/study_tqc_crossq.yaml``,
-``ablations_more`` one with ``configs/study_ablations_more.yaml``.
+``configs/study_longer.yaml``, ``tqc_crossq`` one with ``configs/study_tqc_crossq.yaml``.
 Writes the record of that name into ``benchmarks/`` and the learning curves as a picture.
 """
 
@@ -39,7 +38,6 @@ NAMES = (
     "inspection",
     "longer",
     "tqc_crossq",
-    "ablations_more",
 )
 METRICS = ("return", "delay_s", "discomfort_s", "personal_m", "arrived", "contacts_per_km")
 COLUMNS, LEAST_HEIGHT_IN = 3, 3.2
