@@ -14,9 +14,8 @@ import textwrap
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
-from learning_page import DOORWAY
+from learning_page import DOORWAY, curves_of
 
 from hazbot_gym.paper.plot_style import BLUE, INK, SOFT, legend, new, svg
 from hazbot_gym.study import store
@@ -154,7 +153,9 @@ def places(record: dict[str, Any]) -> str:
     (runs,) = record["runs"].values()
     figure, axes = new(LEAST_HEIGHT_IN, 1, 3, sharex=True)
     titles = ("all environments", DOORWAY, "the others")
-    for axis, title, curve in zip(axes, titles, zip(*map(_parts, runs), strict=True), strict=True):
+    for axis, title, curve in zip(
+        axes, titles, zip(*map(curves_of, runs), strict=True), strict=True
+    ):
         axis.set_title(title, fontsize=9, color=INK)
         for run, returns in zip(runs, curve, strict=True):
             done = [step / 1e6 for step in run["steps"]]
@@ -162,12 +163,6 @@ def places(record: dict[str, Any]) -> str:
     figure.supxlabel("million actions", fontsize=9)
     figure.supylabel("return on validation scenarios", fontsize=9)
     return svg(figure)
-
-
-def _parts(run: dict[str, Any]) -> tuple[list[float], list[float], list[float]]:
-    """Return a run's returns in all environments, in a doorway, and the mean in the others."""
-    others = [found for env, found in run["by_env"].items() if env != DOORWAY]
-    return run["returns"], run["by_env"][DOORWAY], np.mean(others, axis=0).tolist()
 
 
 if __name__ == "__main__":

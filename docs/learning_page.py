@@ -110,14 +110,17 @@ def _longer(record: Record) -> dict[str, str]:
     }
 
 
+def curves_of(run: Record) -> tuple[Curve, Curve, Curve]:
+    """Return a run's returns in all environments, in a doorway, and the mean in the others."""
+    others = [curve for env, curve in run["by_env"].items() if env != DOORWAY]
+    return np.array(run["returns"]), np.array(run["by_env"][DOORWAY]), np.mean(others, axis=0)
+
+
 def _mean_curves(runs: list[Record]) -> tuple[Curve, ...]:
-    """Return means of all runs: returns in all environments, a doorway and the others, delays."""
-    others = [curve for run in runs for env, curve in run["by_env"].items() if env != DOORWAY]
-    return (
-        np.mean([run["returns"] for run in runs], axis=0),
-        np.mean([run["by_env"][DOORWAY] for run in runs], axis=0),
-        np.mean(others, axis=0),
-        np.mean([run["delays_s"] for run in runs], axis=0),
+    """Return means of all runs: those of ``curves_of``, and delays."""
+    delays_s = [run["delays_s"] for run in runs]
+    return tuple(
+        np.mean(each, axis=0) for each in (*zip(*map(curves_of, runs), strict=True), delays_s)
     )
 
 

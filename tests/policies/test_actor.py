@@ -107,14 +107,8 @@ def test_actions_are_those_of_the_model(
 def test_an_on_policy_actor_may_squash_its_mean(
     algorithm: Any, is_squashed: bool, blank: Any, seen: Any
 ) -> None:
-    model = algorithm(
-        "MlpPolicy",
-        blank(),
-        seed=0,
-        device="cpu",
-        use_sde=True,
-        policy_kwargs={"net_arch": [64, 64], "squash_output": is_squashed},
-    )
+    kwargs = {"net_arch": [64, 64], "squash_output": is_squashed}
+    model = algorithm("MlpPolicy", blank(), seed=0, use_sde=True, policy_kwargs=kwargs)
     with torch.no_grad():
         model.policy.action_net.weight.mul_(100.0)  # which starts small
     expected, _ = model.predict(seen(), deterministic=True)
