@@ -26,7 +26,9 @@ HOOKS = ("engine", "hooks", "speed relative to none, median (quartiles)", "the s
 POWER = 0.20  # least share of contacts at full speed
 
 
-def performance(template: str, record: Record, *, name: str, hooks: Record) -> str:
+def performance(
+    template: str, record: Record, *, name: str, hooks: Record, training: Record
+) -> str:
     """Return the page on performance: a template with its placeholders filled in.
 
     Args:
@@ -34,7 +36,9 @@ def performance(template: str, record: Record, *, name: str, hooks: Record) -> s
         record: Of ``hazbot bench --json``.
         name: Of its file, from the root of the repository.
         hooks: Of ``make_hooks_record.py``.
+        training: Of ``hazbot bench --training configs/ppo.yaml --json``.
     """
+    (learned,) = training["runs"].values()
     return Template(template).substitute(
         record["machine"],
         record=name,
@@ -47,6 +51,12 @@ def performance(template: str, record: Record, *, name: str, hooks: Record) -> s
         hooks=table(HOOKS, hook_rows(hooks)),
         hooks_turns=hooks["turns"],
         hooks_decisions=hooks["decisions"],
+        training=table(bench.GOALS, bench.goal_rows(learned)),
+        training_processor=training["machine"]["processor"],
+        training_seeds=len(learned["runs"]),
+        training_actions=shown(learned["speed"]["batched"] / learned["config"]["action_repeat"]),
+        training_repeat=learned["config"]["action_repeat"],
+        training_cartpole=shown(learned["speed"]["cartpole"]),
     )
 
 

@@ -1,10 +1,8 @@
 """Keep a study of how PPO learns: ``python docs/keep_learning.py learning=DIR``.
 
-``learning`` is a study with ``configs/study_crossing.yaml``, ``ablations`` one with
-``configs/study_ablations.yaml``, ``from_nothing`` one with ``configs/study_from_nothing.yaml``,
-``inspection`` one with ``configs/study_inspection.yaml``, ``longer`` one with
-``configs/study_longer.yaml``, ``tqc_crossq`` one with ``configs/study_tqc_crossq.yaml``.
-Writes the record of that name into ``benchmarks/`` and the learning curves as a picture.
+Each of ``NAMES`` is a study with ``configs/study_NAME.yaml``, ``learning`` one with
+``configs/study_crossing.yaml``. Writes the record of that name into ``benchmarks/`` and the
+learning curves as a picture.
 """
 
 from __future__ import annotations
@@ -33,6 +31,7 @@ RECORDS, IMAGES = ROOT / "benchmarks", ROOT / "docs" / "images"
 NAMES = (
     "learning",
     "ablations",
+    "ablations_more",
     "from_nothing",
     "inspection",
     "longer",

@@ -57,9 +57,20 @@ def page(template: str, record: Record, *, name: str) -> str:
     )
 
 
-def ablations(template: str, record: Record, *, name: str) -> str:
-    """Return the page on the choices of a training file; see ``page``."""
-    return Template(template).substitute(_values(record), record=name)
+def ablations(template: str, record: Record, *, name: str, more: Record) -> str:
+    """Return the page on the choices of a training file; see ``page``.
+
+    Args:
+        template: With ``$`` placeholders.
+        record: Of ``docs/keep_learning.py``.
+        name: Of its file, from the root of the repository.
+        more: Record of the choices that the training file does without.
+    """
+    return Template(template).substitute(
+        _values(record),
+        record=name,
+        **{f"more_{key}": value for key, value in _values(more).items()},
+    )
 
 
 def from_nothing(template: str, record: Record, *, name: str, longer: Record | None = None) -> str:

@@ -58,7 +58,7 @@ PAGES = (
         "performance",
         benchmark_pages.performance,
         RECORDS / "bench.json",
-        {"hooks": RECORDS / "hooks.json"},
+        {"hooks": RECORDS / "hooks.json", "training": RECORDS / "training.json"},
     ),
     Page(
         "headroom",
@@ -84,7 +84,12 @@ PAGES = (
         {"longer": RECORDS / "longer.json"},
     ),
     Page("inspection", learning_page.from_nothing, RECORDS / "inspection.json"),
-    Page("ablations", learning_page.ablations, RECORDS / "ablations.json"),
+    Page(
+        "ablations",
+        learning_page.ablations,
+        RECORDS / "ablations.json",
+        {"more": RECORDS / "ablations_more.json"},
+    ),
     Page(
         "algorithms",
         full_page.page,

@@ -23,7 +23,7 @@ a door that can be blocked, decide on the direction of an update alone (compare 
 normalization, Hessel et al., AAAI 2019).
 
 Discrete actions, state-dependent exploration and clipped value losses use the methods of
-Stable-Baselines3.
+Stable-Baselines3, which have none of these three.
 """
 
 from __future__ import annotations
@@ -49,6 +49,7 @@ from hazbot_gym.training.combined_envs import CombinedEnvs
 
 CHUNK = 2048  # decisions whose gradient is computed at once: their activations fit into the cache
 LR_STEP, LR_LEAST, LR_MOST = 1.5, 1e-5, 1e-2  # of the learning rate that follows the KL divergence
+OWN = ("desired_kl", "final_log_std", "normalize_by_env")  # what Stable-Baselines3 does not have
 Advantages = TypeVar("Advantages", torch.Tensor, npt.NDArray[np.float32])
 HALF_LOG_2_PI = 0.5 * float(np.log(2.0 * np.pi))
 
@@ -103,11 +104,22 @@ class ArrayPPO(PPO):
             normalize_by_env: Whether to normalize the advantages within each environment of a
                 ``CombinedEnvs`` first; not with discrete actions.
             **kwargs: Arguments of ``stable_baselines3.PPO``.
+
+        Raises:
+            ValueError: One of these three is given where Stable-Baselines3 trains, which has none.
         """
         self.desired_kl, self.final_log_std = desired_kl, final_log_std
         self.normalize_by_env = normalize_by_env
         super().__init__(*args, **kwargs)
-        if final_log_std is not None and self._is_gaussian():
+        given = {name for name in OWN if getattr(self, name) not in (None, False)}
+        if given and not self._is_gaussian():
+            raise ValueError(
+                f"{min(given)} is given, allowed with a plain Gaussian only: continuous actions "
+                "without use_sde and squash_output"
+            )
+        if desired_kl is not None and self.clip_range_vf is not None:
+            raise ValueError("desired_kl is given, allowed without clip_range_vf only")
+        if final_log_std is not None:
             self.policy.log_std.requires_grad_(False)
 
     def collect_rollouts(

@@ -10,6 +10,7 @@ import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.logger import configure
 
+from hazbot_gym.errors import InvalidInput
 from hazbot_gym.training.algorithms import make_model
 from hazbot_gym.training.array_ppo import CHUNK, ArrayPPO
 from hazbot_gym.training.config import TrainConfig, load_training
@@ -133,6 +134,32 @@ def test_the_learning_rate_follows_the_divergence() -> None:
         rates[desired] = model.policy.optimizer.param_groups[0]["lr"]
         assert model.logger.name_to_value["train/learning_rate"] == rates[desired]
     assert rates[1e-8] < 1e-3 < rates[1e3]
+
+
+OWN: tuple[dict[str, Any], ...] = (
+    {"desired_kl": 0.01},
+    {"final_log_std": -2.0},
+    {"normalize_by_env": True},
+)
+DISCRETE = {"overrides": {"action_type": "discrete"}}
+
+
+@pytest.mark.parametrize(
+    ("given", "others", "changes"),
+    [
+        *((given, {}, DISCRETE) for given in OWN),
+        *((given, {"use_sde": True}, {}) for given in OWN),
+        (OWN[0], {"clip_range_vf": 0.2}, {}),
+    ],
+    ids=str,
+)
+def test_an_option_without_effect_is_refused(
+    given: dict[str, Any], others: dict[str, Any], changes: dict[str, Any]
+) -> None:
+    (name,) = given
+    options = {**SMALL["options"], **given, **others}
+    with pytest.raises(InvalidInput, match=f"^options: ppo cannot use them: {name} is given"):
+        model_of(small(options=options, **changes))
 
 
 def test_the_standard_deviation_falls_as_scheduled() -> None:
