@@ -33,6 +33,7 @@ NAMES = (
     "ablations",
     "ablations_more",
     "from_nothing",
+    "faster",
     "inspection",
     "longer",
     "tqc_crossq",

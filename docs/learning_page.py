@@ -73,30 +73,53 @@ def ablations(template: str, record: Record, *, name: str, more: Record) -> str:
     )
 
 
-def from_nothing(template: str, record: Record, *, name: str, longer: Record | None = None) -> str:
+def from_nothing(
+    template: str,
+    record: Record,
+    *,
+    name: str,
+    faster: Record | None = None,
+    longer: Record | None = None,
+) -> str:
     """Return the page on PPO from nothing with many seeds; see ``page``.
 
     Args:
         template: With ``$`` placeholders.
         record: Of ``docs/keep_learning.py``.
         name: Of its file, from the root of the repository.
+        faster: Record of shorter trainings, if the page has them.
         longer: Record of longer trainings, if the page has them.
     """
-    ((learner, runs),) = record["runs"].items()
-    seconds, returns = ([run[name] for run in runs] for name in ("training_seconds", "return"))
-    expert = record["policies"][record["reference"]]["return"]["mean"]
     return Template(template).substitute(
         _values(record),
         record=name,
-        median_s=f"{statistics.median(seconds):.0f}",
-        most_s=f"{max(seconds):.0f}",
-        above=sum(each > expert for each in returns),
-        lowest=f"{min(returns):.1f}",
-        gains=", ".join(
-            f"`{rule}` {estimate_text(gain[learner])}" for rule, gain in record["gains"].items()
-        ),
+        **_seeds(record),
+        **({} if faster is None else _faster(faster)),
         **({} if longer is None else _longer(longer)),
     )
+
+
+def _seeds(record: Record) -> dict[str, str]:
+    """Return the placeholders for the seeds of the one learner of a record."""
+    ((learner, runs),) = record["runs"].items()
+    seconds, returns = ([run[name] for run in runs] for name in ("training_seconds", "return"))
+    expert = record["policies"][record["reference"]]["return"]["mean"]
+    return {
+        "median_s": f"{statistics.median(seconds):.0f}",
+        "most_s": f"{max(seconds):.0f}",
+        "above": str(sum(each > expert for each in returns)),
+        "lowest": f"{min(returns):.1f}",
+        "gains": ", ".join(
+            f"`{rule}` {estimate_text(gain[learner])}" for rule, gain in record["gains"].items()
+        ),
+    }
+
+
+def _faster(record: Record) -> dict[str, str]:
+    """Return the placeholders for shorter trainings."""
+    (runs,) = record["runs"].values()
+    found = {**_values(record), **_seeds(record), "actions": f"{runs[0]['steps'][-1]:,}"}
+    return {f"faster_{key}": value for key, value in found.items()}
 
 
 def _longer(record: Record) -> dict[str, str]:

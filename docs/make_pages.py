@@ -81,7 +81,7 @@ PAGES = (
         "from_nothing",
         learning_page.from_nothing,
         RECORDS / "from_nothing.json",
-        {"longer": RECORDS / "longer.json"},
+        {"faster": RECORDS / "faster.json", "longer": RECORDS / "longer.json"},
     ),
     Page("inspection", learning_page.from_nothing, RECORDS / "inspection.json"),
     Page(
