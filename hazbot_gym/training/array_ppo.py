@@ -22,8 +22,9 @@ training before those of a minibatch are. Otherwise environments in which much i
 a door that can be blocked, decide on the direction of an update alone (compare per-task
 normalization, Hessel et al., AAAI 2019).
 
-Discrete actions, state-dependent exploration and clipped value losses use the methods of
-Stable-Baselines3, which have none of these three.
+Discrete actions, state-dependent exploration and separate features of the actor use the methods of
+Stable-Baselines3, which have none of these three; so do updates with clipped value losses, without
+``desired_kl``.
 """
 
 from __future__ import annotations
@@ -49,7 +50,8 @@ from hazbot_gym.training.combined_envs import CombinedEnvs
 
 CHUNK = 2048  # decisions whose gradient is computed at once: their activations fit into the cache
 LR_STEP, LR_LEAST, LR_MOST = 1.5, 1e-5, 1e-2  # of the learning rate that follows the KL divergence
-OWN = ("desired_kl", "final_log_std", "normalize_by_env")  # what Stable-Baselines3 does not have
+# Options that Stable-Baselines3 does not have, and what leaves each of them out.
+OWN = {"desired_kl": None, "final_log_std": None, "normalize_by_env": False}
 Advantages = TypeVar("Advantages", torch.Tensor, npt.NDArray[np.float32])
 HALF_LOG_2_PI = 0.5 * float(np.log(2.0 * np.pi))
 
@@ -111,11 +113,11 @@ class ArrayPPO(PPO):
         self.desired_kl, self.final_log_std = desired_kl, final_log_std
         self.normalize_by_env = normalize_by_env
         super().__init__(*args, **kwargs)
-        given = {name for name in OWN if getattr(self, name) not in (None, False)}
+        given = [name for name, without in OWN.items() if getattr(self, name) is not without]
         if given and not self._is_gaussian():
             raise ValueError(
-                f"{min(given)} is given, allowed with a plain Gaussian only: continuous actions "
-                "without use_sde and squash_output"
+                f"{given[0]} is given, allowed only with continuous actions and features shared by "
+                "actor and critic, without use_sde and squash_output"
             )
         if desired_kl is not None and self.clip_range_vf is not None:
             raise ValueError("desired_kl is given, allowed without clip_range_vf only")

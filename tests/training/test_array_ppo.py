@@ -149,6 +149,8 @@ DISCRETE = {"overrides": {"action_type": "discrete"}}
     [
         *((given, {}, DISCRETE) for given in OWN),
         *((given, {"use_sde": True}, {}) for given in OWN),
+        *((given, {}, {"network": {"share_features_extractor": False}}) for given in OWN),
+        ({"final_log_std": 0.0}, {}, DISCRETE),  # 0 is a value
         (OWN[0], {"clip_range_vf": 0.2}, {}),
     ],
     ids=str,
