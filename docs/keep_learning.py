@@ -138,6 +138,8 @@ def curves(
             label = "validation scenarios, one line a seed" if k == 0 else None
             done = [step / scale for step in run["steps"]]
             axis.plot(done, run["returns"], "o-", color=BLUE, linewidth=1.1, ms=3, label=label)
+    for axis in axes.flat[max(len(runs) - columns, 0) : len(runs)]:  # the lowest of each column
+        axis.tick_params(labelbottom=True)
     axes[0, 0].set_ylim(bottom=least)
     figure.supxlabel(unit, fontsize=9)
     figure.supylabel("return", fontsize=9)
