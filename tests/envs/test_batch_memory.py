@@ -28,10 +28,11 @@ def traced_bytes(worlds: int, **arguments: Any) -> int:
     return size
 
 
-def bytes_per_world(few: int = 16, many: int = 144, **arguments: Any) -> float:
+def bytes_per_world(few: int = 16, many: int = 528, **arguments: Any) -> float:
     """Return the memory of one more world.
 
-    The first batch is not counted: it compiles and fills caches of the process.
+    The first batch is not counted: it compiles and fills caches of the process. Other objects of
+    the process come and go by some kilobytes, a few bytes for each of so many worlds.
     """
     traced_bytes(few, **arguments)
     sizes = [traced_bytes(worlds, **arguments) for worlds in (few, many)]
